@@ -1,0 +1,1 @@
+"""The arm: robot model, control basis, node types, programs."""

@@ -1,0 +1,1 @@
+"""The control basis: objectives composed by subject-to."""

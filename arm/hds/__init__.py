@@ -1,0 +1,1 @@
+"""The automaton language and its runtime; knows nothing of arms."""

@@ -1,0 +1,1 @@
+"""The platform: behaviours that vote, and the arbiter that fuses them."""

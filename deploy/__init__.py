@@ -1,0 +1,1 @@
+"""Robots, hosts and the way to start them."""

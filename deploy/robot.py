@@ -1,0 +1,112 @@
+"""Loads a robot's description: what it is, in one place for simulation, control and pictures."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from pydantic import Field
+
+from deploy.tomlfile import BadFile, Strict, load_toml
+
+ROBOTS = Path(__file__).parent / "robots"
+
+Positive = Annotated[float, Field(gt=0)]
+NonNegative = Annotated[float, Field(ge=0)]
+Vector3 = tuple[float, float, float]
+Vector6 = tuple[float, float, float, float, float, float]
+
+
+class Arm(Strict):
+    """The arm, joint by joint, in the order of ``joints``."""
+
+    urdf: str
+    joints: tuple[str, str, str, str, str, str]
+    torque_limit: Vector6
+    velocity_limit: Vector6
+    rotor_inertia: Vector6
+    coulomb_friction: Vector6
+    viscous_friction: Vector6
+    encoder_resolution: Positive
+    rest: Vector6
+    reach: Positive
+    force_limit: Positive
+
+
+class Pen(Strict):
+    """A pen on a spring-loaded prismatic joint."""
+
+    stiffness: Positive
+    damping: NonNegative
+    mass: Positive
+    tip_radius: Positive
+    length: Positive
+    travel: Positive
+
+
+class Platform(Strict):
+    """The mobile base."""
+
+    mass: Positive
+    diameter: Positive
+    height: Positive
+    speed_limit: Vector3
+    acceleration_limit: Vector3
+    lag: Positive
+    command_delay: NonNegative
+
+
+class Odometry(Strict):
+    """Wheel odometry; resolution of x, y [m] and heading [rad]."""
+
+    rate: Positive
+    delay: NonNegative
+    resolution: Vector3
+
+
+class Imu(Strict):
+    """Gyro and accelerometer; noise and bias as standard deviations."""
+
+    rate: Positive
+    delay: NonNegative
+    gyro_noise: NonNegative
+    gyro_bias: NonNegative
+    accel_noise: NonNegative
+    accel_bias: NonNegative
+    position: Vector3
+
+
+class LoadCell(Strict):
+    """Six-axis wrist sensor; noise per 1 kHz sample."""
+
+    force_noise: NonNegative
+    moment_noise: NonNegative
+
+
+class Robot(Strict):
+    """Everything a robot is."""
+
+    arm: Arm
+    pen: Pen
+    platform: Platform
+    odometry: Odometry
+    imu: Imu
+    load_cell: LoadCell
+
+
+def load_robot(name: str) -> Robot:
+    """Load ``deploy/robots/<name>/robot.toml``.
+
+    Raises:
+        BadFile: no such robot (the known ones are named), or a wrong entry.
+    """
+    path = ROBOTS / name / "robot.toml"
+    if not path.is_file():
+        known = ", ".join(sorted(p.parent.name for p in ROBOTS.glob("*/robot.toml")))
+        raise BadFile(path, [f"no robot {name!r}. Known: {known}"])
+    return load_toml(path, Robot)
+
+
+def urdf_text(name: str) -> str:
+    """The URDF of a robot as text (``robot.arm.urdf`` beside its description)."""
+    return (ROBOTS / name / load_robot(name).arm.urdf).read_text(encoding="utf-8")

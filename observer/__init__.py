@@ -1,0 +1,1 @@
+"""Platform-motion observer: late, coarse sensors in; a smooth present pose out."""

@@ -1,0 +1,1 @@
+"""Processes and the wire: topics, bus, runners, supervisor, command line."""

@@ -1,0 +1,63 @@
+"""All services in one process on simulated time: a run is a pure function of scenario and seed."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Sequence
+
+from services.messages import Message
+from services.service import Inbox, Service
+from services.topics import Topic
+
+TICK = 0.001  # [s]
+
+Listener = Callable[[Topic, Message], None]
+
+
+class Lockstep:
+    """Steps services in a fixed order; every message takes ``latency`` ticks to arrive.
+
+    Args:
+        services: in stepping order; the sim first.
+        latency: modelled age of a message when it is first seen [ticks of 1 ms], at least 1.
+        listener: called with every message as it is sent.
+    """
+
+    def __init__(
+        self, services: Sequence[Service], latency: int = 1, listener: Listener | None = None
+    ) -> None:
+        if latency < 1:
+            raise ValueError(f"latency is {latency} ticks; a message takes at least 1")
+        self.services = list(services)
+        self.latency = latency
+        self.tick = 0
+        self._listener = listener
+        self._every = [max(1, round(s.period / TICK)) for s in services]
+        self._inboxes = [Inbox(s.inputs) for s in services]
+        self._readers: dict[str, list[Inbox]] = {}
+        for service, inbox in zip(self.services, self._inboxes, strict=True):
+            for topic in service.inputs:
+                self._readers.setdefault(topic.name, []).append(inbox)
+        self._flying: deque[tuple[int, Topic, Message]] = deque()
+
+    @property
+    def now(self) -> float:
+        """Robot time of the next tick [s]."""
+        return self.tick * TICK
+
+    def step(self) -> None:
+        """Run one tick of 1 ms."""
+        tick, now = self.tick, self.now
+        flying = self._flying
+        while flying and flying[0][0] <= tick:
+            _, topic, message = flying.popleft()
+            for inbox in self._readers.get(topic.name, ()):
+                inbox.offer(topic, message)
+        for service, inbox, every in zip(self.services, self._inboxes, self._every, strict=True):
+            if tick % every:
+                continue
+            for topic, message in service.step(now, inbox):
+                if self._listener is not None:
+                    self._listener(topic, message)
+                flying.append((tick + self.latency, topic, message))
+        self.tick += 1

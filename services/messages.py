@@ -1,0 +1,305 @@
+"""The vocabulary: one frozen dataclass per message.
+
+Every field states its shape, unit and physical range, so that one generic check can refuse what
+no robot could have meant. SI units throughout; frames in monogram notation (docs/notation.md).
+This module imports numpy only: every room may speak it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import Field, dataclass, field, fields
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+DOF = 6  # joints of the arm
+
+__all__ = [
+    "DOF",
+    "Array",
+    "ArmCommand",
+    "ArmState",
+    "ArmStatus",
+    "BadMessage",
+    "BaseCommand",
+    "BaseStatus",
+    "Estimate",
+    "Health",
+    "Imu",
+    "Message",
+    "Odometry",
+    "Tick",
+    "Truth",
+    "check",
+]
+
+
+class BadMessage(ValueError):
+    """A message that must not be used; ``reason`` is the short name it is counted under."""
+
+    def __init__(self, reason: str, detail: str) -> None:
+        super().__init__(f"{reason}: {detail}")
+        self.reason = reason
+
+
+@dataclass(frozen=True)
+class Spec:
+    """What a field may hold: array shape (None for a scalar), unit and inclusive range."""
+
+    shape: tuple[int, ...] | None
+    unit: str
+    lo: float
+    hi: float
+
+
+def array(*shape: int, unit: str, lo: float = -1e9, hi: float = 1e9) -> Any:
+    """Declare an array field of the given shape, unit and range."""
+    return field(metadata={"spec": Spec(shape, unit, lo, hi)})
+
+
+def number(unit: str, lo: float = -1e9, hi: float = 1e9, **default: Any) -> Any:
+    """Declare a float field of the given unit and range."""
+    return field(metadata={"spec": Spec(None, unit, lo, hi)}, **default)
+
+
+@dataclass(frozen=True, slots=True)
+class Message:
+    """Base of all messages. ``t`` [s] is the instant the content was true, in robot time."""
+
+    t: float = number("s", 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class ArmState(Message):
+    """Joints and wrist load cell of the arm."""
+
+    q: Array = array(DOF, unit="rad", lo=-10, hi=10)
+    qd: Array = array(DOF, unit="rad/s", lo=-100, hi=100)
+    tau: Array = array(DOF, unit="N m", lo=-1000, hi=1000)
+    wrench: Array = array(6, unit="N, N m", lo=-1e4, hi=1e4)
+    """Force [N] then moment [N m] of the world on the tool, in the load cell's frame T."""
+
+
+@dataclass(frozen=True, slots=True)
+class Odometry(Message):
+    """Pose X_OB of the platform from its wheels: x, y [m], heading [rad]."""
+
+    pose: Array = array(3, unit="m, m, rad", lo=-1e5, hi=1e5)
+
+
+@dataclass(frozen=True, slots=True)
+class Imu(Message):
+    """Gyro [rad/s] and accelerometer (specific force) [m/s^2], both in the sensor's frame."""
+
+    gyro: Array = array(3, unit="rad/s", lo=-50, hi=50)
+    accel: Array = array(3, unit="m/s^2", lo=-500, hi=500)
+
+
+@dataclass(frozen=True, slots=True)
+class ArmCommand(Message):
+    """Joint torques [N m], computed from the arm state of instant ``t``."""
+
+    tau: Array = array(DOF, unit="N m", lo=-1000, hi=1000)
+
+
+@dataclass(frozen=True, slots=True)
+class BaseCommand(Message):
+    """Platform velocity V_OB_B after arbitration: vx, vy [m/s], yaw rate [rad/s]."""
+
+    velocity: Array = array(3, unit="m/s, m/s, rad/s", lo=-10, hi=10)
+
+
+@dataclass(frozen=True, slots=True)
+class Estimate(Message):
+    """What the observer believes of the platform at instant ``t``."""
+
+    pose: Array = array(3, unit="m, m, rad")
+    """X_OB: x, y [m], heading [rad] (continuous, not wrapped)."""
+    velocity: Array = array(3, unit="m/s, m/s, rad/s", lo=-100, hi=100)
+    """V_OB_O: the derivative of ``pose``."""
+    acceleration: Array = array(3, unit="m/s^2, m/s^2, rad/s^2", lo=-1000, hi=1000)
+    """A_OB_O: the derivative of ``velocity`` without the output stage's corrections."""
+    covariance: Array = array(6, 6, unit="SI")
+    """Of (pose, velocity), in O."""
+    gyro_bias: float = number("rad/s")
+    accel_bias: Array = array(2, unit="m/s^2")
+    odometry_innovation: Array = array(3, unit="m, m, rad")
+    odometry_nis: float = number("1", 0.0)
+    imu_innovation: Array = array(3, unit="rad/s, m/s^2, m/s^2")
+    imu_nis: float = number("1", 0.0)
+    odometry_age: float = number("s", 0.0)
+    imu_age: float = number("s", 0.0)
+    command_age: float = number("s", 0.0)
+    rejected: dict[str, int] = field(default_factory=dict)
+    """Refused measurements by reason since start (gate, too_old, stale, ...)."""
+    valid: bool = True
+    reason: str = ""
+    """Why the estimate must not be used, or what was detected (for example ``slip``)."""
+
+
+@dataclass(frozen=True, slots=True)
+class ArmStatus(Message):
+    """What the arm is doing, and how far it is from its limits."""
+
+    state: str = "idle"
+    """idle, running, paused, safe_hold, resuming, protective_stop or finished."""
+    program: str = ""
+    node: str = ""
+    event: str = ""
+    """The newest event that changed the node."""
+    transitions: int = 0
+    reason: str = ""
+    stroke: int = 0
+    """Number of the stroke being drawn, counted from 1; 0 when the pen is not meant to draw."""
+    reference: Array = field(
+        default_factory=lambda: np.zeros(3), metadata={"spec": Spec((3,), "m", -100, 100)}
+    )
+    """Pen tip intended at ``t``: p_ST_S [m]."""
+    reference_velocity: Array = field(
+        default_factory=lambda: np.zeros(3), metadata={"spec": Spec((3,), "m/s", -100, 100)}
+    )
+    force: float = number("N", default=0.0)
+    """Filtered pressing force [N]."""
+    force_reference: float = number("N", default=0.0)
+    reach_margin: float = number("m", default=0.0)
+    """Distance left before the arm is stretched out [m]."""
+    joint_margin: float = number("rad", default=0.0)
+    """Smallest distance of a joint to its limit [rad]."""
+
+
+@dataclass(frozen=True, slots=True)
+class BaseStatus(Message):
+    """What each behaviour wanted and what was chosen."""
+
+    state: str = "idle"
+    reason: str = ""
+    votes: dict[str, list[float]] = field(default_factory=dict)
+    """Behaviour name to [vx, vy, yaw rate, weight]."""
+    chosen: Array = field(
+        default_factory=lambda: np.zeros(3), metadata={"spec": Spec((3,), "m/s, rad/s", -10, 10)}
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Truth(Message):
+    """Ground truth. For recorder, console and tests; never for a controller."""
+
+    pose: Array = array(3, unit="m, m, rad")
+    velocity: Array = array(3, unit="m/s, m/s, rad/s")
+    acceleration: Array = array(3, unit="m/s^2, m/s^2, rad/s^2")
+    q: Array = array(DOF, unit="rad")
+    qd: Array = array(DOF, unit="rad/s")
+    tip: Array = array(3, unit="m")
+    """Pen tip p_ST_S in the board's frame [m]; z is the distance in front of the board."""
+    force: float = number("N", -1e5, 1e5)
+    """Force of the pen on the board along its normal [N]."""
+    contact: bool = False
+    disturbances: list[str] = field(default_factory=list)
+    """Names of the disturbances acting at ``t``."""
+
+
+@dataclass(frozen=True, slots=True)
+class Health(Message):
+    """Heartbeat, stamped inside the control loop."""
+
+    service: str = ""
+    state: str = ""
+    detail: str = ""
+    progress: int = 0
+    """Ticks done since start: this, not a process that exists, is what counts as alive."""
+    pid: int = 0
+    period: dict[str, float] = field(default_factory=dict)
+    """Of the ticks since the last heartbeat [s]: target, mean, std, max."""
+    lateness: dict[str, float] = field(default_factory=dict)
+    """Start of a tick behind its deadline [s]: p50, p99, max."""
+    overruns: int = 0
+    """Ticks skipped since start because the one before took too long."""
+    ages: dict[str, float] = field(default_factory=dict)
+    """Age of each input [s]."""
+    refused: dict[str, int] = field(default_factory=dict)
+    """Refused messages since start, by ``topic: reason``."""
+
+
+@dataclass(frozen=True, slots=True)
+class Tick(Message):
+    """Paced mode: the sim's call for tick ``number``, and a service's answer to it."""
+
+    number: int = 0
+    sent: dict[str, int] = field(default_factory=dict)
+    """Newest sequence number of each topic that may be used in (or was sent by) this tick."""
+
+
+@lru_cache(maxsize=64)
+def _plan(kind: type[Message]) -> list[tuple[Field[Any], Spec | None, str]]:
+    return [(f, f.metadata.get("spec"), str(f.type)) for f in fields(kind)]
+
+
+_PLAIN: dict[str, type | tuple[type, ...]] = {
+    "str": str,
+    "bool": bool,
+    "int": int,
+    "float": (float, int),
+}
+_CONTAINERS: dict[str, type] = {"dict": dict, "list": list}
+
+
+def check(kind: type[Message], content: dict[str, Any]) -> Message:
+    """Build a message from plain data, or refuse it.
+
+    Args:
+        kind: message class.
+        content: field name to value; arrays as nested lists or arrays.
+
+    Returns:
+        The message, arrays as float64 of the declared shape.
+
+    Raises:
+        BadMessage: with reason ``fields``, ``type``, ``shape``, ``non-finite`` or ``range``.
+    """
+    values: dict[str, Any] = {}
+    plan = _plan(kind)
+    for f, spec, type_name in plan:
+        try:
+            value = content[f.name]
+        except KeyError:
+            raise BadMessage("fields", f"{kind.__name__}.{f.name} is missing") from None
+        if spec is None:
+            allowed = _PLAIN.get(type_name) or _CONTAINERS.get(type_name.split("[")[0], object)
+            if not isinstance(value, allowed) or (
+                isinstance(value, bool) and type_name in ("int", "float")
+            ):
+                raise BadMessage("type", f"{kind.__name__}.{f.name} is not a {type_name}")
+        elif spec.shape is None:
+            if isinstance(value, bool) or not isinstance(value, (float, int)):
+                raise BadMessage("type", f"{kind.__name__}.{f.name} is not a number")
+            value = float(value)
+            if not math.isfinite(value):
+                raise BadMessage("non-finite", f"{kind.__name__}.{f.name}")
+            if not spec.lo <= value <= spec.hi:
+                raise BadMessage("range", f"{kind.__name__}.{f.name} = {value} {spec.unit}")
+        else:
+            value = _array(kind, f.name, spec, value)
+        values[f.name] = value
+    if len(content) != len(plan):
+        unknown = sorted(set(content) - {f.name for f, _, _ in plan})
+        raise BadMessage("fields", f"{kind.__name__} has no {', '.join(unknown)}")
+    return kind(**values)
+
+
+def _array(kind: type[Message], name: str, spec: Spec, value: Any) -> Array:
+    try:
+        out = np.array(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise BadMessage("type", f"{kind.__name__}.{name} is not numeric") from None
+    if out.shape != spec.shape:
+        raise BadMessage("shape", f"{kind.__name__}.{name} is {out.shape}, not {spec.shape}")
+    # one pass: a non-finite number makes the sum of squares non-finite
+    if not math.isfinite(float(np.dot(out.ravel(), out.ravel()))) and not np.isfinite(out).all():
+        raise BadMessage("non-finite", f"{kind.__name__}.{name}")
+    if out.min() < spec.lo or out.max() > spec.hi:
+        raise BadMessage("range", f"{kind.__name__}.{name} leaves {spec.lo}..{spec.hi} {spec.unit}")
+    return out

@@ -1,0 +1,98 @@
+"""What a process is made of: an inbox, a step, and requests from people.
+
+The same service objects run live over Zenoh, paced over Zenoh, and in lockstep inside one
+process; only the runner around them differs (docs/architecture.md).
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Any, Protocol, TypeVar
+
+from services.messages import Message
+from services.topics import Topic
+
+M = TypeVar("M", bound=Message)
+Outbox = list[tuple[Topic, Message]]
+
+
+@dataclass(frozen=True)
+class Reply:
+    """Answer to a request: accepted, or refused with the reason."""
+
+    accepted: bool
+    reason: str = ""
+
+
+class Inbox:
+    """The newest messages a service has heard, by topic. It never blocks and never waits."""
+
+    def __init__(self, topics: Iterable[Topic]) -> None:
+        self._latest: dict[str, Message] = {}
+        self._unread: dict[str, deque[Message]] = {
+            topic.name: deque(maxlen=topic.depth) for topic in topics
+        }
+
+    def offer(self, topic: Topic, message: Message) -> None:
+        """Put a checked message in; called by the runner between steps."""
+        newest = self._latest.get(topic.name)
+        if newest is None or message.t >= newest.t:
+            self._latest[topic.name] = message
+        self._unread[topic.name].append(message)
+
+    def latest(self, topic: Topic[M]) -> M | None:
+        """The newest message by its own ``t``, or None before the first."""
+        return self._latest.get(topic.name)  # type: ignore[return-value]
+
+    def age(self, topic: Topic, now: float) -> float:
+        """Age of the newest message at robot time ``now`` [s]; infinite before the first."""
+        newest = self._latest.get(topic.name)
+        return now - newest.t if newest is not None else float("inf")
+
+    def fresh(self, topic: Topic[M], now: float) -> M | None:
+        """The newest message unless it is older than its topic's age limit."""
+        return self.latest(topic) if self.age(topic, now) <= topic.age_limit else None
+
+    def new(self, topic: Topic[M]) -> list[M]:
+        """Messages that arrived since the last call, in order of arrival."""
+        unread = self._unread[topic.name]
+        out = list(unread)
+        unread.clear()
+        return out  # type: ignore[return-value]
+
+
+class Service(Protocol):
+    """A process without its process: stepped by a runner, with time and inputs passed in.
+
+    Attributes:
+        name: one of ``topics.SERVICES``.
+        period: time between steps [s].
+        inputs: topics it reads.
+        verbs: requests it answers.
+    """
+
+    name: str
+    period: float
+    inputs: tuple[Topic, ...]
+    verbs: tuple[str, ...]
+
+    def step(self, now: float, inbox: Inbox) -> Outbox:
+        """Advance to robot time ``now`` [s]; returns what to publish."""
+        ...
+
+    def prepare(self, verb: str, args: dict[str, Any]) -> Callable[[], Reply]:
+        """Turn a request into an action for the loop.
+
+        Runs outside the real-time thread (it may parse files); the returned action runs inside
+        it, between two steps, and must be quick.
+
+        Raises:
+            ValueError: the request cannot be granted; its text is the reason given back.
+        """
+        ...
+
+    def state(self) -> tuple[str, str]:
+        """One word and one sentence on how the service is, for its heartbeat."""
+        ...

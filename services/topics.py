@@ -1,0 +1,82 @@
+"""The topic table: the only place that states a key, its type, owner, rate, age limit and QoS."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+from services import messages as m
+
+M = TypeVar("M", bound=m.Message)
+
+SERVICES = ("sim", "observer", "base", "arm")
+"""The processes, in the order in which they start."""
+
+
+@dataclass(frozen=True)
+class Topic(Generic[M]):
+    """One row of the table.
+
+    Attributes:
+        name: key below the robot's name, for example ``robot/imu``.
+        type: message class.
+        owner: the only service that may publish it.
+        rate: nominal rate [Hz].
+        age_limit: a message older than this is not to be acted upon [s].
+        control: part of a control loop: dropped rather than queued, sent at once, highest priority.
+        depth: how many unread messages a reader keeps; 1 is latest-value.
+        log_rate: rate at which a run's log keeps it [Hz]; 0 keeps all.
+    """
+
+    name: str
+    type: type[M]
+    owner: str
+    rate: float
+    age_limit: float
+    control: bool = False
+    depth: int = 1
+    log_rate: float = 0.0
+
+
+ARM_STATE = Topic("robot/arm_state", m.ArmState, "sim", 1000, 0.05, control=True, log_rate=200)
+ODOMETRY = Topic("robot/odometry", m.Odometry, "sim", 20, 0.5, control=True, depth=64)
+IMU = Topic("robot/imu", m.Imu, "sim", 100, 0.1, control=True, depth=256)
+ARM_COMMAND = Topic("arm/command", m.ArmCommand, "arm", 1000, 0.02, control=True, log_rate=200)
+BASE_COMMAND = Topic("base/command", m.BaseCommand, "base", 20, 0.15, control=True, depth=8)
+ESTIMATE = Topic(
+    "observer/estimate", m.Estimate, "observer", 1000, 0.05, control=True, log_rate=200
+)
+ARM_STATUS = Topic("arm/status", m.ArmStatus, "arm", 50, 0.5)
+BASE_STATUS = Topic("base/status", m.BaseStatus, "base", 20, 0.5)
+TRUTH = Topic("sim/truth", m.Truth, "sim", 200, 0.5)
+SIM_TICK = Topic("sim/tick", m.Tick, "sim", 1000, 1e9, depth=8)
+HEALTH = {s: Topic(f"{s}/health", m.Health, s, 5, 1.5) for s in SERVICES}
+TICK = {s: Topic(f"{s}/tick", m.Tick, s, 1000, 1e9, depth=8) for s in SERVICES if s != "sim"}
+
+TOPICS: dict[str, Topic] = {
+    topic.name: topic
+    for topic in (
+        ARM_STATE,
+        ODOMETRY,
+        IMU,
+        ARM_COMMAND,
+        BASE_COMMAND,
+        ESTIMATE,
+        ARM_STATUS,
+        BASE_STATUS,
+        TRUTH,
+        SIM_TICK,
+        *HEALTH.values(),
+        *TICK.values(),
+    )
+}
+
+
+def key(robot: str, topic: Topic) -> str:
+    """Zenoh key expression of a topic of a robot."""
+    return f"{robot}/{topic.name}"
+
+
+def request_key(robot: str, service: str, verb: str) -> str:
+    """Zenoh key expression of a request to a service."""
+    return f"{robot}/request/{service}/{verb}"
