@@ -1,0 +1,172 @@
+"""What the controllers are told to do: the ``[task]`` table of a scenario.
+
+Believed quantities only. The truth of the simulated world (``sim/scenario.py``) is not among
+them; arm and base are given a ``Task`` and the robot's description, and nothing else.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+from pathlib import Path
+from typing import Annotated, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import ConfigDict, Field, model_validator
+
+from deploy.robot import NonNegative, Positive, Vector3
+from deploy.tomlfile import BadFile, Strict
+
+__all__ = [
+    "PROGRAMS",
+    "BaseTask",
+    "BoardPose",
+    "CirclePath",
+    "PathSpec",
+    "PolylinePath",
+    "SwayPath",
+    "Task",
+    "find_program",
+]
+
+PROGRAMS = Path(__file__).parent.parent / "arm" / "programs"
+
+Metres = Annotated[float, Field(ge=-100, le=100)]
+Angle = Annotated[float, Field(ge=-2 * math.pi, le=2 * math.pi)]
+Pose2 = tuple[Metres, Metres, Angle]
+
+
+class Documented(Strict):
+    """A strict table whose attribute docstrings are its help text."""
+
+    model_config = ConfigDict(use_attribute_docstrings=True)
+
+
+class BoardPose(Documented):
+    """Pose of the board's frame S in the ground frame (X_OS believed, X_WS true).
+
+    S sits at the centre of the drawing area; for somebody standing in front of it x_S points
+    right and y_S up, so z_S points out of the board at the robot.
+    """
+
+    x: Metres = 0.68
+    """[m]"""
+    y: Metres = 0.0
+    """[m]"""
+    z: Metres = 1.30
+    """Height above the floor [m]."""
+    yaw: Angle = 0.0
+    """Turn about the vertical [rad]; 0 faces a platform at the origin (z_S = -x of the ground)."""
+
+    def rotation(self) -> NDArray[np.float64]:
+        """R_OS, shape (3, 3): the columns are x_S, y_S, z_S in the ground frame."""
+        c, s = math.cos(self.yaw), math.sin(self.yaw)
+        return np.array([[s, 0.0, -c], [-c, 0.0, -s], [0.0, 1.0, 0.0]])
+
+    def position(self) -> NDArray[np.float64]:
+        """p_OS [m], shape (3,): the origin of S in the ground frame."""
+        return np.array([self.x, self.y, self.z])
+
+
+class SwayPath(Documented):
+    """Sinusoids about the start pose, one a direction: x = A sin(w t)."""
+
+    kind: Literal["sway"]
+    amplitude: tuple[NonNegative, NonNegative]
+    """Along x and y of the platform at its start [m]."""
+    yaw_deg: Annotated[float, Field(ge=0, le=180)] = 0.0
+    """Amplitude of the heading [deg]."""
+    frequency: Vector3 = (1.3, 1.0, 0.8)
+    """Angular frequency of x, y, heading [rad/s]."""
+
+
+class CirclePath(Documented):
+    """A circle to the left of the start pose, run counter-clockwise."""
+
+    kind: Literal["circle"]
+    radius: Positive
+    """[m]"""
+    speed: Positive
+    """Along the circle [m/s]."""
+    heading: Literal["fixed", "tangent"] = "fixed"
+    """Keep the heading of the start, or turn with the circle."""
+    loop: bool = True
+    """Go round for ever, or stop after one turn."""
+
+
+class PolylinePath(Documented):
+    """Straight legs from the start pose through ``points``, blended smoothly at the corners."""
+
+    kind: Literal["line", "polyline"]
+    points: Annotated[tuple[Pose2, ...], Field(min_length=1)]
+    """x, y [m], heading [rad] relative to the start pose, which is the implied first point."""
+    speed: Positive
+    """Along a leg [m/s]."""
+    turn_rate: Positive = 0.3
+    """Fastest turn of the heading [rad/s]; a leg that turns further than it drives takes longer."""
+    acceleration: Positive = 0.3
+    """Of the blends, mean [m/s^2, rad/s^2]."""
+    loop: bool = False
+    """Return to the start pose and go round for ever, or stop at the last point."""
+
+
+PathSpec = Annotated[SwayPath | CirclePath | PolylinePath, Field(discriminator="kind")]
+
+
+class BaseTask(Documented):
+    """What the platform is to do."""
+
+    behaviour: Literal["hold_still", "drive_to", "follow_path"] = "hold_still"
+    goal: Pose2 | None = None
+    """For drive_to: X_OB to reach, x, y [m], heading [rad]."""
+    path: PathSpec | None = None
+    """For follow_path: relative to the pose at which it starts."""
+    start_at: NonNegative = 0.0
+    """The platform holds still before this robot time [s]."""
+
+    @model_validator(mode="after")
+    def _complete(self) -> BaseTask:
+        for key, behaviour in (("goal", "drive_to"), ("path", "follow_path")):
+            given = getattr(self, key) is not None
+            if given != (self.behaviour == behaviour):
+                verb = "does not use" if given else "needs"
+                raise ValueError(f"behaviour {self.behaviour!r} {verb} {key!r}")
+        return self
+
+
+class Task(Documented):
+    """All that arm and base are told."""
+
+    program: str = ""
+    """Name of a program in arm/programs (``whiteboard.hds``) or a path beside the scenario."""
+    autostart: bool = True
+    """Start the program by itself at ``start_at``; otherwise a person does."""
+    start_at: NonNegative = 0.5
+    """Robot time at which the program starts [s]."""
+    board: BoardPose = BoardPose()
+    """Where the board is believed to be: X_OS."""
+    base: BaseTask = BaseTask()
+
+
+def find_program(program: str, beside: Path | None = None) -> Path:
+    """The file of a program.
+
+    Args:
+        program: name of a file in arm/programs, with or without ``.hds``, or a path.
+        beside: folder that relative paths start from.
+
+    Raises:
+        BadFile: there is none; the known ones are named.
+    """
+    name = program if program.endswith(".hds") else f"{program}.hds"
+    candidates = [folder / name for folder in ((beside, PROGRAMS) if beside else (PROGRAMS,))]
+    for path in candidates:
+        if path.is_file():
+            return path
+    known = sorted(p.name for p in PROGRAMS.glob("*.hds"))
+    near = difflib.get_close_matches(name, known, n=1)
+    hint = f"; did you mean {near[0]!r}?" if near else ""
+    raise BadFile(
+        candidates[0], [f"task.program: no program {program!r}{hint} Known: {', '.join(known)}"]
+    )
