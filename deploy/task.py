@@ -166,7 +166,7 @@ def find_program(program: str, beside: Path | None = None) -> Path:
             return path
     known = sorted(p.name for p in PROGRAMS.glob("*.hds"))
     near = difflib.get_close_matches(name, known, n=1)
-    hint = f"; did you mean {near[0]!r}?" if near else ""
+    hint = f" (did you mean {near[0]!r}?)" if near else ""
     raise BadFile(
-        candidates[0], [f"task.program: no program {program!r}{hint} Known: {', '.join(known)}"]
+        candidates[0], [f"task.program: no program {program!r}{hint}. Known: {', '.join(known)}"]
     )

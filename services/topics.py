@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 from services import messages as m
 
@@ -53,23 +53,21 @@ SIM_TICK = Topic("sim/tick", m.Tick, "sim", 1000, 1e9, depth=8)
 HEALTH = {s: Topic(f"{s}/health", m.Health, s, 5, 1.5) for s in SERVICES}
 TICK = {s: Topic(f"{s}/tick", m.Tick, s, 1000, 1e9, depth=8) for s in SERVICES if s != "sim"}
 
-TOPICS: dict[str, Topic] = {
-    topic.name: topic
-    for topic in (
-        ARM_STATE,
-        ODOMETRY,
-        IMU,
-        ARM_COMMAND,
-        BASE_COMMAND,
-        ESTIMATE,
-        ARM_STATUS,
-        BASE_STATUS,
-        TRUTH,
-        SIM_TICK,
-        *HEALTH.values(),
-        *TICK.values(),
-    )
-}
+_ALL: tuple[Topic[Any], ...] = (
+    ARM_STATE,
+    ODOMETRY,
+    IMU,
+    ARM_COMMAND,
+    BASE_COMMAND,
+    ESTIMATE,
+    ARM_STATUS,
+    BASE_STATUS,
+    TRUTH,
+    SIM_TICK,
+    *HEALTH.values(),
+    *TICK.values(),
+)
+TOPICS: dict[str, Topic[Any]] = {topic.name: topic for topic in _ALL}
 
 
 def key(robot: str, topic: Topic) -> str:

@@ -282,7 +282,7 @@ def describe(kind: str) -> dict[str, str]:
             continue
         schema = KINDS[kind].model_json_schema()["properties"][name]
         schema = {**schema, **schema.get("anyOf", [{}])[0]}
-        parts = [info.description or ""]
+        parts = [(info.description or "").rstrip(".")]
         if "enum" in schema:
             parts.append("one of " + ", ".join(schema["enum"]))
         lo = schema.get("minimum", schema.get("exclusiveMinimum"))
@@ -311,7 +311,7 @@ def disturbance_from(kind: str, options: Mapping[str, Any], now: float) -> Timed
         ValueError: unknown kind or option, or a value out of range; the text says what is allowed.
     """
     if kind not in KINDS:
-        raise ValueError(f"no disturbance {kind!r}{_near(kind, KINDS)} Known: {', '.join(KINDS)}")
+        raise ValueError(f"no disturbance {kind!r}{_near(kind, KINDS)}. Known: {', '.join(KINDS)}")
     try:
         made: Timed = _DISTURBANCE.validate_python({"t": max(now, 0.0), **options, "kind": kind})
     except ValidationError as error:
@@ -390,7 +390,7 @@ def load_scenario(name_or_path: str | Path) -> Scenario:
             known = scenario_names()
             raise BadFile(
                 named,
-                [f"no scenario {path.name!r}{_near(path.name, known)} Known: {', '.join(known)}"],
+                [f"no scenario {path.name!r}{_near(path.name, known)}. Known: {', '.join(known)}"],
             )
         path = named
     scenario = load_toml(path, Scenario)
@@ -400,4 +400,4 @@ def load_scenario(name_or_path: str | Path) -> Scenario:
 
 def _near(name: str, known: Mapping[str, Any] | list[str]) -> str:
     near = difflib.get_close_matches(name, list(known), n=1)
-    return f"; did you mean {near[0]!r}?" if near else "."
+    return f" (did you mean {near[0]!r}?)" if near else ""

@@ -141,7 +141,7 @@ def test_bias_stays_and_knows_its_axis() -> None:
         ("push", {}, ["'force' is missing", "0 to 2000"]),
         ("push", {"force": "much"}, ["force = 'much'"]),
         ("push", {"force": "nan"}, ["force", "finite"]),
-        ("push", {"force": 1, "onn": "link1"}, ["no option 'onn'; did you mean 'on'", "link6"]),
+        ("push", {"force": 1, "onn": "link1"}, ["no option 'onn' (did you mean 'on'", "link6"]),
         ("dropout", {"sensor": "sonar"}, ["'odometry' or 'imu'"]),
     ],
 )
