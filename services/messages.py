@@ -20,10 +20,10 @@ DOF = 6  # joints of the arm
 
 __all__ = [
     "DOF",
-    "Array",
     "ArmCommand",
     "ArmState",
     "ArmStatus",
+    "Array",
     "BadMessage",
     "BaseCommand",
     "BaseStatus",
@@ -198,6 +198,10 @@ class Truth(Message):
     force: float = number("N", -1e5, 1e5)
     """Force of the pen on the board along its normal [N]."""
     contact: bool = False
+    recent: Array = field(
+        default_factory=lambda: np.zeros((5, 4)), metadata={"spec": Spec((5, 4), "m, N", -1e5, 1e5)}
+    )
+    """Tip [m] and force [N] at the last five ticks of 1 ms, oldest first."""
     disturbances: list[str] = field(default_factory=list)
     """Names of the disturbances acting at ``t``."""
 
@@ -261,7 +265,7 @@ def check(kind: type[Message], content: dict[str, Any]) -> Message:
         BadMessage: with reason ``fields``, ``type``, ``shape``, ``non-finite`` or ``range``.
     """
     values: dict[str, Any] = {}
-    plan = _plan(kind)
+    plan = _plan(kind)  # type: ignore[arg-type]
     for f, spec, type_name in plan:
         try:
             value = content[f.name]
@@ -273,6 +277,8 @@ def check(kind: type[Message], content: dict[str, Any]) -> Message:
                 isinstance(value, bool) and type_name in ("int", "float")
             ):
                 raise BadMessage("type", f"{kind.__name__}.{f.name} is not a {type_name}")
+            if isinstance(value, (dict, list, float)):
+                _check_inside(f"{kind.__name__}.{f.name}", type_name, value)
         elif spec.shape is None:
             if isinstance(value, bool) or not isinstance(value, (float, int)):
                 raise BadMessage("type", f"{kind.__name__}.{f.name} is not a number")
@@ -288,6 +294,26 @@ def check(kind: type[Message], content: dict[str, Any]) -> Message:
         unknown = sorted(set(content) - {f.name for f, _, _ in plan})
         raise BadMessage("fields", f"{kind.__name__} has no {', '.join(unknown)}")
     return kind(**values)
+
+
+def _check_inside(name: str, type_name: str, value: Any) -> None:
+    """Refuse a container whose elements are not what its annotation says, or not finite."""
+    inner: list[Any] = []
+    if isinstance(value, dict):
+        if not all(isinstance(k, str) for k in value):
+            raise BadMessage("type", f"{name} has a key that is not a name")
+        inner = list(value.values())
+        element = type_name[:-1].split(", ", 1)[-1]  # dict[str, X] -> X
+    elif isinstance(value, list):
+        inner, element = value, type_name[5:-1]  # list[X] -> X
+    elif not math.isfinite(value):
+        raise BadMessage("non-finite", name)
+    for v in inner:
+        allowed = _PLAIN.get(element) or _CONTAINERS.get(element.split("[")[0], object)
+        if not isinstance(v, allowed) or (isinstance(v, bool) and element in ("int", "float")):
+            raise BadMessage("type", f"{name} holds something that is not a {element}")
+        if isinstance(v, (dict, list, float)):
+            _check_inside(name, element, v)
 
 
 def _array(kind: type[Message], name: str, spec: Spec, value: Any) -> Array:

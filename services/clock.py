@@ -1,0 +1,68 @@
+"""Robot time: one time base for all processes, without agreement of their clocks."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Protocol
+
+WINDOW = 1.0  # [s]
+
+
+class RobotClock(Protocol):
+    """Tells robot time."""
+
+    def now(self) -> float | None:
+        """Robot time [s]; None as long as it is not known."""
+        ...
+
+    def hear(self, t: float) -> None:
+        """Take note of an instant of robot time that has passed."""
+        ...
+
+
+class EpochClock:
+    """Of the process that is the robot: local monotonic time since an epoch.
+
+    The supervisor gives the epoch, so that robot time goes forward across a restart.
+    """
+
+    def __init__(self, epoch: float, clock: Callable[[], float] = time.monotonic) -> None:
+        self._epoch = epoch
+        self._clock = clock
+
+    def now(self) -> float:
+        """Robot time [s]."""
+        return self._clock() - self._epoch
+
+    def hear(self, t: float) -> None:
+        """Nothing: this process is the one that knows."""
+
+
+class HeardClock:
+    """Of every other process: newest robot time heard plus local monotonic time since.
+
+    The message that travelled fastest within the last one to two windows counts, so that late
+    sensors do not pull the clock back and a drift between hosts is followed. It never goes back.
+    """
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        self._clock = clock
+        self._start: float | None = None
+        self._current = self._previous = -float("inf")
+        self._last = 0.0
+
+    def hear(self, t: float) -> None:
+        """Take note of an instant of robot time that has passed."""
+        local = self._clock()
+        if self._start is None or local - self._start > WINDOW:
+            self._start, self._previous, self._current = local, self._current, t - local
+        else:
+            self._current = max(self._current, t - local)
+
+    def now(self) -> float | None:
+        """Robot time [s]; None before the robot was heard."""
+        if self._start is None:
+            return None
+        self._last = max(self._last, self._clock() + max(self._previous, self._current))
+        return self._last

@@ -1,0 +1,133 @@
+"""Requests from people: accepted or refused, with the reason.
+
+Three threads meet here. Zenoh's thread puts the query into a queue. A worker parses it and lets
+the service prepare an action. The loop executes the action between two steps.
+"""
+
+from __future__ import annotations
+
+import queue
+import threading
+from collections import deque
+from collections.abc import Callable
+from concurrent.futures import Future
+from concurrent.futures import TimeoutError as FutureTimeout
+from typing import Any
+
+import zenoh
+
+from services.codec import pack_plain, unpack_map
+from services.messages import BadMessage
+from services.service import Reply, Service
+from services.topics import request_key
+
+TIMEOUT = 2.0  # [s] for the loop to take an action up
+
+Action = Callable[[], Reply]
+
+
+class NoAnswer(RuntimeError):
+    """Nobody answered a request; the text says what to do."""
+
+
+class Requests:
+    """Answers the verbs of one service.
+
+    Args:
+        session: open Zenoh session.
+        robot: name of the robot.
+        service: whose ``prepare`` is asked.
+        timeout: how long an action may wait for the loop [s].
+    """
+
+    def __init__(
+        self, session: zenoh.Session, robot: str, service: Service, timeout: float = TIMEOUT
+    ) -> None:
+        self._service = service
+        self._timeout = timeout
+        self._queries: queue.SimpleQueue[zenoh.Query | None] = queue.SimpleQueue()
+        self._actions: deque[tuple[Action, Future[Reply]]] = deque()
+        self._queryable = session.declare_queryable(
+            request_key(robot, service.name, "*"),
+            zenoh.handlers.Callback(self._queries.put, indirect=False),
+            complete=True,
+        )
+        self._worker = threading.Thread(target=self._work, name="requests", daemon=True)
+        self._worker.start()
+
+    def run_pending(self) -> None:
+        """Execute what was prepared; called by the loop between two steps. It never raises."""
+        while self._actions:
+            action, future = self._actions.popleft()
+            if not future.set_running_or_notify_cancel():
+                continue  # its sender was told that it timed out
+            try:
+                future.set_result(action())
+            except Exception as error:
+                future.set_result(Reply(False, f"{type(error).__name__}: {error}"))
+
+    def close(self) -> None:
+        """Stop answering."""
+        self._queries.put(None)
+        self._worker.join(self._timeout + 1)
+
+    def _work(self) -> None:
+        while (query := self._queries.get()) is not None:
+            reply = self._answer(query)
+            try:
+                with query:
+                    payload = pack_plain({"accepted": reply.accepted, "reason": reply.reason})
+                    query.reply(query.key_expr, payload)
+            except Exception:  # the asker is gone, or the session is closing
+                continue
+
+    def _answer(self, query: zenoh.Query) -> Reply:
+        verb = str(query.key_expr).rpartition("/")[2]
+        if verb not in self._service.verbs:
+            known = ", ".join(self._service.verbs) or "nothing"
+            return Reply(False, f"{self._service.name} cannot {verb!r}; it can: {known}")
+        try:
+            args = unpack_map(query.payload.to_bytes()) if query.payload is not None else {}
+            action = self._service.prepare(verb, args)
+        except BadMessage as error:
+            return Reply(False, f"cannot read the arguments ({error})")
+        except ValueError as error:
+            return Reply(False, str(error))
+        except Exception as error:
+            return Reply(False, f"{type(error).__name__}: {error}")
+        future: Future[Reply] = Future()
+        self._actions.append((action, future))
+        try:
+            return future.result(self._timeout)
+        except FutureTimeout:
+            if future.cancel():
+                return Reply(False, f"the loop of {self._service.name} did not take it up in time")
+            return Reply(False, f"{self._service.name} is still busy with it; outcome unknown")
+
+
+def ask(
+    session: zenoh.Session,
+    robot: str,
+    service: str,
+    verb: str,
+    args: dict[str, Any],
+    timeout: float = TIMEOUT + 1,
+) -> Reply:
+    """Send a request and wait for its answer. Never from a control loop.
+
+    Raises:
+        NoAnswer: nobody answered in time, or with something unreadable.
+    """
+    channel: Any = zenoh.handlers.FifoChannel(4)
+    replies = session.get(
+        request_key(robot, service, verb), channel, payload=pack_plain(args), timeout=timeout
+    )
+    for reply in replies:
+        if reply.ok is None:
+            continue
+        try:
+            content = unpack_map(reply.ok.payload.to_bytes())
+        except BadMessage as error:
+            raise NoAnswer(f"{service} gave an unreadable answer ({error})") from error
+        return Reply(content.get("accepted") is True, str(content.get("reason", "")))
+    raise NoAnswer(f"{service} of robot {robot} does not answer")

@@ -1,0 +1,116 @@
+"""Runs a service live: real time, over the bus, at its own rate."""
+
+from __future__ import annotations
+
+import os
+import threading
+import time
+from typing import Protocol
+
+from services.bus import Bus
+from services.clock import RobotClock
+from services.loop import HEARTBEAT, Driven, FixedRate, LoopStatistics, heartbeat
+from services.messages import Message
+from services.requests import Requests
+from services.service import Inbox, Service
+from services.topics import HEALTH, Topic
+
+ROBOT = "sim"
+"""The process that is the robot: what it owns carries robot time."""
+
+
+class Pace(Protocol):
+    """Waits for the next tick and keeps statistics."""
+
+    statistics: LoopStatistics
+
+    def wait(self) -> float:
+        """Return at the next tick."""
+        ...
+
+
+class Heart:
+    """Publishes a service's heartbeat from inside its loop."""
+
+    def __init__(self, service: Service, bus: Bus, statistics: LoopStatistics) -> None:
+        self._service = service
+        self._bus = bus
+        self._statistics = statistics
+        self._topic = HEALTH[service.name]
+        self._pid = os.getpid()
+        self._next = 0.0
+        bus.declare(self._topic)
+
+    def beat(self, now: float, inbox: Inbox, state: tuple[str, str] | None = None) -> None:
+        """Publish if it is time to; ``state`` instead of the service's own."""
+        local = time.monotonic()
+        if local < self._next:
+            return
+        self._next = local + HEARTBEAT
+        ages = {topic.name: inbox.age(topic, now) for topic in self._service.inputs}
+        refused = {**self._bus.refused, **{f"{n}: lost": k for n, k in self._bus.lost.items()}}
+        health = heartbeat(
+            self._statistics,
+            self._service.name,
+            state or self._service.state(),
+            now,
+            self._pid,
+            ages,
+            refused,
+        )
+        self._bus.publish(self._topic, health)
+
+
+def run_live(
+    service: Service,
+    bus: Bus,
+    clock: RobotClock,
+    stop: threading.Event,
+    requests: Requests | None = None,
+    trigger: Topic | None = None,
+    spin: float = 0.0,
+) -> None:
+    """Step a service until ``stop`` is set.
+
+    Nothing is stepped before robot time is known; the heartbeat says so.
+
+    Args:
+        service: to run.
+        bus: hears the service's inputs.
+        clock: robot time.
+        stop: ends the run at the next tick.
+        requests: whose actions are executed between steps.
+        trigger: tick on arrival of this topic (and without it, at the service's period).
+        spin: busy-wait before each deadline [s].
+    """
+    pace: Pace
+    if trigger is not None:
+        bus.hear(trigger)
+        bus.wake_on(trigger)
+        pace = Driven(service.period, bus.arrived, lambda: bus.arrived_at)
+    else:
+        pace = FixedRate(service.period, spin)
+    extra = () if service.name == ROBOT else (HEALTH[ROBOT],)
+    for topic in (*service.inputs, *extra):
+        bus.hear(topic)
+    inbox = Inbox((*service.inputs, *extra))
+    heart = Heart(service, bus, pace.statistics)
+    while not stop.is_set():
+        pace.wait()
+        if requests is not None:
+            requests.run_pending()
+        before = clock.now()
+        _hear(clock, bus.drain(inbox, before or 0.0))
+        now = clock.now()
+        if now is None:
+            heart.beat(0.0, inbox, ("waiting", "no robot time heard yet"))
+            continue
+        for topic, message in service.step(now, inbox):
+            bus.publish(topic, message)
+        heart.beat(now, inbox)
+
+
+def _hear(clock: RobotClock, accepted: list[tuple[Topic, Message]]) -> None:
+    for topic, message in accepted:
+        if topic.owner == ROBOT:
+            clock.hear(message.t)
