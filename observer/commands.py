@@ -1,0 +1,69 @@
+"""The platform commands as the drive acts on them: piecewise constant, with a watchdog."""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_left, bisect_right
+
+Command = tuple[float, float, float]
+STILL: Command = (0.0, 0.0, 0.0)
+
+
+class CommandHistory:
+    """Velocity commands by the instant at which the drive starts to act on them.
+
+    Args:
+        silence: after this long without a new command the drive stops by itself [s].
+    """
+
+    def __init__(self, silence: float = 0.15) -> None:
+        self.silence = silence
+        self._times: list[float] = []
+        self._values: list[Command] = []
+
+    def __len__(self) -> int:
+        return len(self._times)
+
+    def insert(self, t: float, value: Command) -> bool:
+        """Add a command acting from ``t`` [s] on; False if one with that instant is there."""
+        i = bisect_left(self._times, t)
+        if i < len(self._times) and self._times[i] == t:
+            return False
+        self._times.insert(i, t)
+        self._values.insert(i, value)
+        return True
+
+    def at(self, t: float) -> Command:
+        """The command acting at ``t``; zero before the first and after ``silence``."""
+        i = bisect_right(self._times, t) - 1
+        if i < 0 or t - self._times[i] >= self.silence:
+            return STILL
+        return self._values[i]
+
+    def segments(self, start: float, end: float) -> list[tuple[float, Command]]:
+        """Cut ``start`` .. ``end`` [s] into pieces of constant command: (duration, command)."""
+        pieces = []
+        times, silence = self._times, self.silence
+        i = bisect_right(times, start) - 1
+        t = start
+        while t < end:
+            upto = times[i + 1] if i + 1 < len(times) else math.inf
+            value = STILL
+            if i >= 0:
+                stop = times[i] + silence
+                if t < stop:
+                    value, upto = self._values[i], min(upto, stop)
+            if upto >= end:
+                pieces.append((end - t, value))
+                break
+            if upto > t:
+                pieces.append((upto - t, value))
+            t = upto
+            i = bisect_right(times, t) - 1
+        return pieces
+
+    def forget(self, before: float) -> None:
+        """Drop commands that no instant from ``before`` [s] on can need."""
+        i = bisect_right(self._times, before) - 1
+        if i > 0:
+            del self._times[:i], self._values[:i]

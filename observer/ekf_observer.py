@@ -1,0 +1,266 @@
+"""The observer proper: delayed filter, prediction to now, smooth output, report."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from deploy.robot import Robot
+from observer.belief import IMU, ODOMETRY
+from observer.delayed_ekf import DelayedEKF, FilterOptions
+from observer.motion_model import SIZE, Floats, MotionModel
+from observer.output import OutputOptions, SmoothOutput
+from observer.report import NEVER, Limits, covariance_in_O, reasons, unknown
+from observer.sensor_models import ImuModel, OdometryModel
+from services.messages import BaseCommand, Estimate, Imu, Odometry
+
+
+@dataclass(frozen=True)
+class ObserverOptions:
+    """What the observer assumes beyond the robot's description; reasons in docs/observer.md."""
+
+    disturbance: tuple[float, float, float] = (0.075, 0.075, 0.15)
+    """Standard deviation of the disturbance acceleration [m/s^2, m/s^2, rad/s^2]."""
+    correlation: float = 0.3
+    """Correlation time of the disturbance [s]."""
+    imu_noise_factor: float = 1.2
+    """IMU noise assumed, over the stated one: understating it ruins consistency."""
+    odometry_noise: tuple[float, float, float] = (1e-4, 1e-4, 5e-5)
+    """Standard deviation of odometry before rounding [m, m, rad]."""
+    command_latency: float = 0.0015
+    """From the stamp of a command to the drive, beside the drive's own dead time [s]."""
+    covariance_period: float = 0.010
+    """The covariance is carried on to now this often when no data come [s]."""
+    pause: float = 0.5
+    """After a gap this long between ticks the output starts afresh [s]."""
+    filter: FilterOptions = field(default_factory=FilterOptions)
+    output: OutputOptions = field(default_factory=OutputOptions)
+    limits: Limits = field(default_factory=Limits)
+
+
+def make_filter(robot: Robot, options: ObserverOptions) -> DelayedEKF:
+    """A filter for a robot, from its description and what we assume beyond it."""
+    motion = MotionModel(
+        lag=robot.platform.lag,
+        acceleration_limit=robot.platform.acceleration_limit,
+        disturbance=options.disturbance,
+        correlation=options.correlation,
+    )
+    imu = ImuModel(
+        motion=motion,
+        position=robot.imu.position[:2],
+        gyro_noise=max(robot.imu.gyro_noise * options.imu_noise_factor, 1e-6),
+        accel_noise=max(robot.imu.accel_noise * options.imu_noise_factor, 1e-5),
+    )
+    return DelayedEKF(
+        motion,
+        OdometryModel(robot.odometry.resolution, options.odometry_noise),
+        imu,
+        gyro_bias=robot.imu.gyro_bias,
+        accel_bias=robot.imu.accel_bias,
+        options=options.filter,
+    )
+
+
+def _velocity_in_O(x: Floats) -> tuple[float, float, float]:
+    c, s = math.cos(x[2]), math.sin(x[2])
+    return c * x[3] - s * x[4], s * x[3] + c * x[4], x[5]
+
+
+class EkfObserver:
+    """Delayed EKF with smooth output, behind the `Observer` protocol.
+
+    Filter work is done only when data arrive; a plain tick is scalar arithmetic.
+
+    Args:
+        robot: what the robot is.
+        options: what is assumed beyond that.
+    """
+
+    def __init__(self, robot: Robot, options: ObserverOptions | None = None) -> None:
+        self.robot = robot
+        self.options = options or ObserverOptions()
+        self._delay = self.options.command_latency + robot.platform.command_delay
+        self._backwards = 0
+        self._reset()
+
+    def _reset(self) -> None:
+        self.filter = make_filter(self.robot, self.options)
+        self.output = SmoothOutput(self.options.output)
+        self._now: float | None = None
+        self._tip: list[float] | None = None  # state at _now
+        self._P_tip = np.zeros((SIZE, SIZE))
+        self._P_time = 0.0
+        self._covariance = unknown()
+        self._sigma = (math.inf, math.inf)
+        self._rejected: dict[str, int] = {}
+        self._newest = {"odometry": -NEVER, "imu": -NEVER, "command": -NEVER}
+
+    def step(
+        self,
+        now: float,
+        odometry: Sequence[Odometry] = (),
+        imu: Sequence[Imu] = (),
+        commands: Sequence[BaseCommand] = (),
+    ) -> Estimate:
+        """Take in what arrived since the last tick and estimate the platform at ``now``.
+
+        Args:
+            now: robot time [s]; a step back beyond the filter's history (a restarted robot) starts
+                the observer afresh, a smaller one leaves the output where it is.
+            odometry: arrived poses X_OB, any order.
+            imu: arrived readings, any order.
+            commands: arrived commands V_OB_B, any order.
+
+        Returns:
+            Estimate with ``t == now``.
+        """
+        if self._now is not None and now < self._now - self.options.filter.history:
+            self._backwards += 1
+            self._reset()
+        fresh = self._take(now, odometry, imu, commands)
+        if not self.filter.started:
+            return self._nothing(now)
+        dt = 0.0 if self._now is None else now - self._now
+        if self._tip is None or dt > self.options.pause:
+            tip = self._correct(now)
+            self.output.reset(tip[:3], _velocity_in_O(tip))
+        elif dt > 0.0:
+            before = _velocity_in_O(self._tip)
+            tip = self._advance(self._tip, self._now or 0.0, now)
+            after = _velocity_in_O(tip)
+            self._tip = tip
+            if fresh:
+                self._correct(now)
+            elif now - self._P_time >= self.options.covariance_period:
+                self._carry(now)
+            self.output.step(
+                dt,
+                (after[0] - before[0], after[1] - before[1], after[2] - before[2]),
+                self._tip[:3],
+                _velocity_in_O(self._tip) if fresh else after,
+            )
+        elif fresh:
+            self._correct(max(now, self._now or now))
+        self._now = now if self._now is None else max(now, self._now)
+        return self._report(now)
+
+    # -- parts of a tick ----------------------------------------------------------------------
+
+    def _take(
+        self,
+        now: float,
+        odometry: Sequence[Odometry],
+        imu: Sequence[Imu],
+        commands: Sequence[BaseCommand],
+    ) -> bool:
+        """Pass messages to the filter; whether its belief changes."""
+        if not (odometry or imu or commands):
+            return False
+        f, newest, fresh = self.filter, self._newest, False
+        for c in commands:
+            if f.command(c.t + self._delay, c.velocity):
+                newest["command"], fresh = max(newest["command"], c.t), True
+        for o in odometry:
+            if f.add(ODOMETRY, o.t, o.pose, now):
+                newest["odometry"], fresh = max(newest["odometry"], o.t), True
+        for m in imu:
+            if f.add(IMU, m.t, (m.gyro[2], m.accel[0], m.accel[1]), now):
+                newest["imu"], fresh = max(newest["imu"], m.t), True
+        f.settle()
+        self._rejected = f.rejected()
+        if self._backwards:
+            self._rejected["clock: backwards"] = self._backwards
+        return fresh
+
+    def _advance(self, x: list[float], start: float, end: float) -> list[float]:
+        for duration, u in self.filter.commands.segments(start, end):
+            x = self.filter.motion.advance(x, u, duration)
+        return x
+
+    def _correct(self, now: float) -> list[float]:
+        """Replace the prediction by the newest belief, carried on to now."""
+        belief = self.filter.belief
+        x, self._P_tip = self.filter.extrapolate(belief, max(now, belief.t))
+        tip: list[float] = x.tolist()
+        self._tip, self._P_time = tip, now
+        self._update_covariance()
+        return tip
+
+    def _carry(self, now: float) -> None:
+        """Carry the covariance on without data, from where it was last."""
+        at = replace(self.filter.belief, t=self._P_time, x=np.array(self._tip), P=self._P_tip)
+        self._P_tip = self.filter.extrapolate(at, now)[1]
+        self._P_time = now
+        self._update_covariance()
+
+    def _update_covariance(self) -> None:
+        assert self._tip is not None
+        self._covariance = covariance_in_O(
+            self._tip,
+            self._P_tip,
+            self.filter.belief.repeats,
+            self.robot.odometry.resolution,
+            self.output.offset,
+        )
+        c = self._covariance
+        self._sigma = (math.sqrt(max(c[0, 0], c[1, 1])), math.sqrt(c[2, 2]))
+
+    def _report(self, now: float) -> Estimate:
+        belief, tip, newest = self.filter.belief, self._tip, self._newest
+        assert tip is not None
+        (ax, ay, aw), _ = self.filter.motion.acceleration(tip, self.filter.commands.at(now))
+        ax, ay = ax - tip[5] * tip[4], ay + tip[5] * tip[3]
+        c, s = math.cos(tip[2]), math.sin(tip[2])
+        odometry_age, imu_age = now - newest["odometry"], now - newest["imu"]
+        command_age = now - newest["command"]
+        valid, reason = reasons(
+            self.options.limits,
+            self._sigma,
+            odometry_age,
+            imu_age,
+            slip=now < belief.slip_until,
+        )
+        return Estimate(
+            t=now,
+            pose=np.array(self.output.pose),
+            velocity=np.array(self.output.velocity),
+            acceleration=np.array((c * ax - s * ay, s * ax + c * ay, aw)),
+            covariance=self._covariance,
+            gyro_bias=tip[9],
+            accel_bias=np.array(tip[10:12]),
+            odometry_innovation=belief.odometry_innovation,
+            odometry_nis=belief.odometry_nis,
+            imu_innovation=belief.imu_innovation,
+            imu_nis=belief.imu_nis,
+            odometry_age=max(odometry_age, 0.0),
+            imu_age=min(max(imu_age, 0.0), NEVER),
+            command_age=min(max(command_age, 0.0), NEVER),
+            rejected=self._rejected,
+            valid=valid,
+            reason=reason,
+        )
+
+    def _nothing(self, now: float) -> Estimate:
+        return Estimate(
+            t=now,
+            pose=np.zeros(3),
+            velocity=np.zeros(3),
+            acceleration=np.zeros(3),
+            covariance=unknown(),
+            gyro_bias=0.0,
+            accel_bias=np.zeros(2),
+            odometry_innovation=np.zeros(3),
+            odometry_nis=0.0,
+            imu_innovation=np.zeros(3),
+            imu_nis=0.0,
+            odometry_age=NEVER,
+            imu_age=NEVER,
+            command_age=min(now - self._newest["command"], NEVER),
+            rejected=self._rejected,
+            valid=False,
+            reason="no odometry yet",
+        )

@@ -1,0 +1,64 @@
+"""One door to every observer: `make_observer` by name, `Observer` as what they all do."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Protocol
+
+from deploy.robot import Robot
+from observer.baselines import Hold, Taylor, TruthReference
+from observer.ekf_observer import EkfObserver, ObserverOptions
+from services.messages import BaseCommand, Estimate, Imu, Odometry
+
+KINDS = ("ekf", "taylor", "hold", "truth")
+
+__all__ = ["KINDS", "Observer", "ObserverOptions", "make_observer"]
+
+
+class Observer(Protocol):
+    """Estimates the motion of the platform at an instant from what arrived until then."""
+
+    def step(
+        self,
+        now: float,
+        odometry: Sequence[Odometry] = (),
+        imu: Sequence[Imu] = (),
+        commands: Sequence[BaseCommand] = (),
+    ) -> Estimate:
+        """Take in what arrived since the last tick; estimate at ``now`` [s].
+
+        Args:
+            now: robot time [s], normally larger than at the last tick.
+            odometry: poses X_OB that arrived; each carries the instant it was sampled.
+            imu: readings that arrived, likewise.
+            commands: platform commands V_OB_B that arrived, stamped when computed.
+
+        Returns:
+            Estimate with ``t == now``: X_OB, V_OB_O, A_OB_O, covariance and report.
+        """
+        ...
+
+
+def make_observer(
+    kind: str, robot: Robot, *, options: ObserverOptions | None = None, order: int = 1
+) -> Observer:
+    """Build an observer.
+
+    Args:
+        kind: ``ekf``, ``taylor``, ``hold`` or ``truth``.
+        robot: what the robot is: delays, noises, lag, lever arm.
+        options: of ``ekf``.
+        order: of ``taylor``.
+
+    Raises:
+        ValueError: unknown kind; the valid names are listed.
+    """
+    if kind == "ekf":
+        return EkfObserver(robot, options)
+    if kind == "taylor":
+        return Taylor(robot, order)
+    if kind == "hold":
+        return Hold(robot)
+    if kind == "truth":
+        return TruthReference()
+    raise ValueError(f"unknown observer {kind!r}. Valid: {', '.join(KINDS)}")

@@ -1,0 +1,103 @@
+"""The smooth output: what the filter believes, without a step in pose or velocity.
+
+The filter's belief jumps at every measurement. A torque law that fed pose, velocity and
+acceleration forward would answer each jump with a jerk. So the output has a state of its own, pose
+and velocity in O. It advances with the filter's own prediction (command, disturbance, turn: the
+freshest knowledge of acceleration), and what the filter learnt since is fed in by a critically
+damped second-order law of which both the rate and the acceleration are bounded::
+
+    c = limit(k/2 (p_filter - p), rate)              wanted velocity of correction
+    a = limit(k (v_filter + c - v), acceleration)    acceleration of correction
+    v <- v + (increment of the prediction) + a dt
+    p <- p + dt (v_before + v) / 2
+
+With k = 2 w the error obeys e'' + 2 w e' + w^2 e = 0. The error is taken afresh at every tick in O
+at the present instant, so a correction never acts about an axis of the past (the fault that PX4 had
+above 7 rad/s). Velocity is the derivative of pose by construction.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from observer.motion_model import Floats
+from observer.sensor_models import wrap
+
+
+@dataclass(frozen=True)
+class OutputOptions:
+    """Constants of the blend, found by measurement (docs/observer.md)."""
+
+    frequency: float = 40.0
+    """w of the critically damped law [rad/s]."""
+    rate: tuple[float, float] = (0.012, math.radians(1.2))
+    """Largest velocity of a correction: translation [m/s], heading [rad/s]."""
+    acceleration: tuple[float, float] = (3.0, 3.0)
+    """Largest acceleration of a correction [m/s^2], [rad/s^2]."""
+    far: tuple[float, float] = (0.01, math.radians(1.0))
+    """Beyond this error the rate grows in proportion, so that a way back of decimetres ends."""
+
+
+class SmoothOutput:
+    """Pose and velocity in O that follow the filter without steps.
+
+    Attributes:
+        pose: X_OB: x, y [m], heading [rad], continuous.
+        velocity: V_OB_O [m/s, m/s, rad/s], the derivative of ``pose``.
+        offset: filter minus output [m, m, rad], what is still to be fed in.
+    """
+
+    def __init__(self, options: OutputOptions | None = None) -> None:
+        self.options = options or OutputOptions()
+        self.pose = [0.0, 0.0, 0.0]
+        self.velocity = [0.0, 0.0, 0.0]
+        self.offset = [0.0, 0.0, 0.0]
+
+    def reset(self, pose: Floats, velocity: Floats) -> None:
+        """Start at the filter's belief: the only step there ever is."""
+        self.pose, self.velocity = list(pose), list(velocity)
+        self.offset = [0.0, 0.0, 0.0]
+
+    def step(self, dt: float, increment: Floats, pose: Floats, velocity: Floats) -> None:
+        """Advance by ``dt`` to now.
+
+        Args:
+            dt: time since the last step [s], positive.
+            increment: of V_OB_O over ``dt`` by the filter's own prediction, without corrections.
+            pose: X_OB that the filter believes now.
+            velocity: V_OB_O that the filter believes now.
+        """
+        opt = self.options
+        k = 2.0 * opt.frequency
+        pull = min(0.5 * k, 0.5 / dt)  # however coarse the ticks, never past the target
+        gain = -math.expm1(-k * dt)
+        p, v = self.pose, self.velocity
+        wx, wy, ww = v[0] + increment[0], v[1] + increment[1], v[2] + increment[2]
+        half = 0.5 * dt
+        ex = pose[0] - p[0] - half * (v[0] + wx)
+        ey = pose[1] - p[1] - half * (v[1] + wy)
+        ew = wrap(pose[2] - p[2] - half * (v[2] + ww))
+
+        far = math.hypot(ex, ey)
+        rate = opt.rate[0] * max(1.0, far / opt.far[0])
+        c = pull if pull * far <= rate else rate / far
+        ax = gain * (velocity[0] + c * ex - wx)
+        ay = gain * (velocity[1] + c * ey - wy)
+        size, most = math.hypot(ax, ay), opt.acceleration[0] * dt
+        if size > most:
+            ax, ay = ax * most / size, ay * most / size
+
+        rate = opt.rate[1] * max(1.0, abs(ew) / opt.far[1])
+        aw = gain * (velocity[2] + min(max(pull * ew, -rate), rate) - ww)
+        most = opt.acceleration[1] * dt
+        aw = min(max(aw, -most), most)
+
+        new = [wx + ax, wy + ay, ww + aw]
+        self.pose = [
+            p[0] + half * (v[0] + new[0]),
+            p[1] + half * (v[1] + new[1]),
+            p[2] + half * (v[2] + new[2]),
+        ]
+        self.velocity = new
+        self.offset = [ex - half * ax, ey - half * ay, ew - half * aw]
