@@ -5,7 +5,7 @@ from __future__ import annotations
 from arm.hds import syntax
 from arm.hds.finding import Report
 from arm.hds.names import nearest
-from arm.hds.syntax import Block, Source, Span
+from arm.hds.syntax import Block, Name, Source, Span
 
 _HEADER = ("INTERFACE", "INITIAL")
 
@@ -27,11 +27,9 @@ class Structure:
         """Put a statement that starts at ``place`` where it belongs."""
         match statement:
             case syntax.Interface(name):
-                self._header("INTERFACE", place)
-                self._source.interfaces.append(name)
+                self._header("INTERFACE", place, self._source.interfaces, name)
             case syntax.Initial(name):
-                self._header("INITIAL", place)
-                self._source.initials.append(name)
+                self._header("INITIAL", place, self._source.initials, name)
             case syntax.Begin(span):
                 self._unclosed()
                 self._open(span)
@@ -47,8 +45,9 @@ class Structure:
         self._unclosed()
         return self._source
 
-    def _header(self, keyword: str, place: Span) -> None:
-        if self._block is not None or self._source.blocks:
+    def _header(self, keyword: str, place: Span, names: list[Name], name: Name) -> None:
+        misplaced = self._block is not None or bool(self._source.blocks)
+        if misplaced:
             where = "inside a node" if self._block is not None else "behind a node"
             self._report.error(
                 "misplaced-statement",
@@ -56,6 +55,8 @@ class Structure:
                 place,
                 f"{keyword} belongs before the first BEGIN",
             )
+        if not misplaced or not names:  # in the wrong place and twice is one finding
+            names.append(name)
 
     def _open(self, span: Span, implicit: bool = False) -> Block:
         self._block = Block(span, damaged=implicit)
