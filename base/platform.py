@@ -1,0 +1,175 @@
+"""The platform's side of the robot: asks the behaviours, lets the arbiter choose, says why."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from pydantic import ValidationError
+
+from base.arbiter import Arbiter
+from base.behaviour import STOP, Behaviour, Senses, Vote
+from base.drive_to import DriveTo
+from base.follow_path import FollowPath
+from base.hold_still import HoldStill
+from base.paths import Path, build
+from deploy.robot import Robot
+from deploy.task import BaseTask
+from services.messages import ArmStatus, BaseCommand, BaseStatus, Estimate
+
+PERIOD = 0.05
+"""Time between steps [s]."""
+AGE_LIMIT = 0.05
+"""Age beyond which an estimate is not driven on [s]."""
+
+
+class Platform:
+    """Turns a task and the estimate into velocity commands, 20 times a second.
+
+    It publishes a command every step, zero included: silence is for the drive's watchdog. Without
+    a usable estimate, after ``stop`` and after a restart it brings the velocity to zero within
+    the acceleration limits and says why. Only ``resume`` ends the latter two.
+
+    Args:
+        robot: description, for the limits and the lag of the drive.
+        task: what to do.
+        restarted: the process was running before and died; come up stopped.
+
+    Raises:
+        ValueError: the task asks for more than the platform can do.
+    """
+
+    def __init__(self, robot: Robot, task: BaseTask, restarted: bool = False) -> None:
+        platform = robot.platform
+        self._description = platform
+        self._arbiter = Arbiter(platform.speed_limit, platform.acceleration_limit, PERIOD)
+        self._standing: list[Behaviour] = []
+        self._stopped = "restarted; waiting for resume" if restarted else ""
+        self._waiting: HoldStill | None = None
+        self.set_task(task)
+
+    def add(self, behaviour: Behaviour) -> None:
+        """Let a behaviour take part beside whatever the task is, from the next step on.
+
+        Raises:
+            ValueError: one of that name takes part already.
+        """
+        taken = {b.name for b in (*self._standing, self._main)} | {"stop"}
+        if behaviour.name in taken:
+            raise ValueError(f"a behaviour {behaviour.name!r} takes part already")
+        self._standing.append(behaviour)
+
+    def set_task(self, task: BaseTask) -> None:
+        """Do something else from the next step on; a stop stays in force.
+
+        Raises:
+            ValueError: the task asks for more than the platform can do; the old one goes on.
+        """
+        self._main = self._behaviour(task)
+        self._task = task
+        self._waiting = None
+
+    def set_goal(self, x: float, y: float, heading: float) -> None:
+        """Drive to X_OB = (x, y [m], heading [rad]).
+
+        Raises:
+            ValueError: not a pose this platform can be asked for.
+        """
+        self.set_behaviour("drive_to", goal=(x, y, heading))
+
+    def set_behaviour(self, behaviour: str, **options: Any) -> None:
+        """Change the task by name.
+
+        Args:
+            behaviour: ``hold_still``, ``drive_to`` or ``follow_path``.
+            **options: keys of the scenario's ``[task.base]`` table.
+
+        Raises:
+            ValueError: unknown name or option; the text says what is allowed.
+        """
+        try:
+            task = BaseTask.model_validate({"behaviour": behaviour, **options})
+        except ValidationError as error:
+            findings = [
+                f"{'.'.join(map(str, e['loc'])) or behaviour}: {e['msg']}" for e in error.errors()
+            ]
+            allowed = ", ".join(BaseTask.model_fields)
+            raise ValueError(f"{'; '.join(findings)}. Keys: {allowed}") from None
+        self.set_task(task)
+
+    def stop(self, reason: str = "stopped by request") -> None:
+        """Bring the platform to rest and keep it there until ``resume``."""
+        self._stopped = reason
+
+    def resume(self) -> None:
+        """End a stop; the task goes on from where the platform is."""
+        self._stopped = ""
+
+    def step(
+        self, now: float, estimate: Estimate | None, arm: ArmStatus | None = None
+    ) -> tuple[BaseCommand, BaseStatus]:
+        """One decision.
+
+        Args:
+            now: robot time [s].
+            estimate: newest from the observer.
+            arm: newest status of the arm, for behaviours that care.
+
+        Returns:
+            The command, and what each behaviour wanted.
+        """
+        reason = self._stopped or _unusable(now, estimate)
+        votes: dict[str, Vote] = {}
+        if reason or estimate is None:
+            votes["stop"] = STOP
+            state = "stopped"
+        else:
+            senses = Senses(estimate, arm)
+            main = self._main
+            if now < self._task.start_at:
+                main = self._waiting = self._waiting or HoldStill()
+                reason = f"{self._main.name} starts at {self._task.start_at:g} s"
+            for behaviour in (main, *self._standing):
+                vote = behaviour.vote(now, senses)
+                if not np.isfinite(vote.velocity).all():
+                    vote, reason = STOP, f"{behaviour.name} asked for a velocity that is no number"
+                votes[behaviour.name] = vote
+            state = main.state
+        chosen = self._arbiter.choose(now, votes)
+        shown = {name: [*map(float, v.velocity), float(v.weight)] for name, v in votes.items()}
+        return (
+            BaseCommand(t=now, velocity=chosen),
+            BaseStatus(t=now, state=state, reason=reason, votes=shown, chosen=chosen),
+        )
+
+    def _behaviour(self, task: BaseTask) -> Behaviour:
+        if task.goal is not None:
+            return DriveTo(np.array(task.goal))
+        if task.path is not None:
+            path = build(task.path)
+            self._refuse_too_fast(path)
+            lag, dead = self._description.lag, self._description.command_delay
+            origin = None if task.origin is None else np.array(task.origin)
+            return FollowPath(path, lag, dead + PERIOD / 2, origin)
+        return HoldStill()
+
+    def _refuse_too_fast(self, path: Path) -> None:
+        horizon = min(path.duration, 60.0)
+        peak = np.max([np.abs(path.velocity(s)) for s in np.linspace(0, horizon, 1201)], axis=0)
+        for what, asked, limit in zip(
+            ("vx", "vy", "yaw rate"), peak, self._description.speed_limit, strict=True
+        ):
+            if asked > limit:
+                raise ValueError(f"the path's {what} reaches {asked:.2f}; the limit is {limit:g}")
+
+
+def _unusable(now: float, estimate: Estimate | None) -> str:
+    """Why the estimate must not be driven on; empty if it may."""
+    if estimate is None:
+        return "no estimate yet"
+    if not estimate.valid:
+        return f"estimate invalid: {estimate.reason}" if estimate.reason else "estimate invalid"
+    age = now - estimate.t
+    if age > AGE_LIMIT + 1e-9:
+        return f"estimate is {age * 1e3:.0f} ms old; the limit is {AGE_LIMIT * 1e3:.0f} ms"
+    return ""
