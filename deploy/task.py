@@ -108,7 +108,13 @@ class PolylinePath(Documented):
     acceleration: Positive = 0.3
     """Of the blends, mean [m/s^2, rad/s^2]."""
     loop: bool = False
-    """Return to the start pose and go round for ever, or stop at the last point."""
+    """Return to the start pose and begin anew, for ever, or stop at the last point."""
+
+    @model_validator(mode="after")
+    def _moves(self) -> PolylinePath:
+        if not any(abs(value) > 1e-3 for point in self.points for value in point):
+            raise ValueError("'points' never leave the start pose")
+        return self
 
 
 PathSpec = Annotated[SwayPath | CirclePath | PolylinePath, Field(discriminator="kind")]
@@ -121,7 +127,9 @@ class BaseTask(Documented):
     goal: Pose2 | None = None
     """For drive_to: X_OB to reach, x, y [m], heading [rad]."""
     path: PathSpec | None = None
-    """For follow_path: relative to the pose at which it starts."""
+    """For follow_path: relative to ``origin``."""
+    origin: Pose2 | None = None
+    """For follow_path: X_OB that the path starts from; if not given, where the platform is then."""
     start_at: NonNegative = 0.0
     """The platform holds still before this robot time [s]."""
 
@@ -132,6 +140,8 @@ class BaseTask(Documented):
             if given != (self.behaviour == behaviour):
                 verb = "does not use" if given else "needs"
                 raise ValueError(f"behaviour {self.behaviour!r} {verb} {key!r}")
+        if self.origin is not None and self.path is None:
+            raise ValueError(f"behaviour {self.behaviour!r} does not use 'origin'")
         return self
 
 
