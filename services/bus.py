@@ -32,10 +32,11 @@ M = TypeVar("M", bound=Message)
 class _Reader:
     """One subscribed topic: its slot, and what was last accepted from it."""
 
-    def __init__(self, topic: Topic, paced: bool) -> None:
+    def __init__(self, topic: Topic, lossless: bool) -> None:
         self.topic = topic
-        size = None if paced else max(topic.depth, RING)
-        self.slot: deque[bytes] = deque(maxlen=size)
+        size = None if lossless else max(topic.depth, RING)
+        self.slot: deque[tuple[bytes, float]] = deque(maxlen=size)
+        """Payloads, and when they arrived by the local clock [s]."""
         self.seq = -1
         self.t = -1.0
         self.accepted_at = -float("inf")
@@ -49,7 +50,7 @@ class Bus:
         robot: name of the robot, the first part of every key.
         service: name of this service, the owner of what it publishes.
         inputs: topics to hear.
-        paced: queue everything and block rather than drop (tests on any machine).
+        lossless: queue everything, block rather than drop, and judge no message's age.
         clock: local time for noticing silence [s].
     """
 
@@ -59,13 +60,13 @@ class Bus:
         robot: str,
         service: str,
         inputs: Iterable[Topic] = (),
-        paced: bool = False,
+        lossless: bool = False,
         clock: Clock = time.monotonic,
     ) -> None:
         self.session = session
         self.robot = robot
         self.service = service
-        self.paced = paced
+        self.lossless = lossless
         self.refused: Counter[str] = Counter()
         self.lost: Counter[str] = Counter()
         """Gaps in sequence numbers of topics that are read in full."""
@@ -77,7 +78,7 @@ class Bus:
         self._readers: dict[str, _Reader] = {}
         self._publishers: dict[str, zenoh.Publisher] = {}
         # a restarted service goes on counting above where it was, without remembering it
-        self._first_seq = 0 if paced else time.monotonic_ns() // 1000
+        self._first_seq = 0 if lossless else time.monotonic_ns() // 1000
         self.sent: dict[str, int] = {}
         self._subscribers: dict[str, Any] = {}
         for topic in inputs:
@@ -87,14 +88,15 @@ class Bus:
         """Subscribe to a topic (before the loop goes live)."""
         if topic.name in self._readers:
             return
-        reader = self._readers[topic.name] = _Reader(topic, self.paced)
+        reader = self._readers[topic.name] = _Reader(topic, self.lossless)
         slot, name, wake, arrived = reader.slot, topic.name, self._wake, self.arrived
 
         def copy(sample: zenoh.Sample) -> None:
             try:
-                slot.append(sample.payload.to_bytes())
+                at = time.monotonic()
+                slot.append((sample.payload.to_bytes(), at))
                 if name in wake:
-                    self.arrived_at = time.monotonic()
+                    self.arrived_at = at
                     arrived.set()
             except Exception:  # zenoh would only log it
                 self.refused[f"{name}: callback"] += 1
@@ -129,7 +131,7 @@ class Bus:
         if topic.owner != self.service:
             raise ValueError(f"{topic.name} is {topic.owner}'s; {self.service} may not publish it")
         options: dict[str, Any] = {"reliability": zenoh.Reliability.RELIABLE}
-        if self.paced:
+        if self.lossless:
             options |= {"congestion_control": zenoh.CongestionControl.BLOCK, "express": True}
         else:
             options["congestion_control"] = zenoh.CongestionControl.DROP
@@ -145,50 +147,52 @@ class Bus:
             if topic.name not in self._publishers:
                 self._declare(topic)
 
-    def drain(self, inbox: Inbox, now: float) -> list[tuple[Topic, Message]]:
+    def drain(self, inbox: Inbox, now: float | None) -> list[tuple[Topic, Message, float]]:
         """Move what arrived and passes every check into the inbox; count the rest.
 
         Args:
             inbox: of this service.
-            now: robot time [s].
+            now: robot time [s]; None as long as it is not known: no age is judged then.
 
         Returns:
-            What was accepted, in order of arrival per topic. It never raises.
+            What was accepted, with the local time of its arrival [s]; in order of arrival per
+            topic. It never raises.
         """
-        accepted: list[tuple[Topic, Message]] = []
+        accepted: list[tuple[Topic, Message, float]] = []
         for reader in self._readers.values():
             if not reader.slot:
                 continue
             newest = self._newest if reader.topic.depth == 1 else self._all
-            for message in newest(reader, now):
+            for message, at in newest(reader, now):
                 inbox.offer(reader.topic, message)
-                accepted.append((reader.topic, message))
+                accepted.append((reader.topic, message, at))
         return accepted
 
-    def _newest(self, reader: _Reader, now: float) -> list[Message]:
+    def _newest(self, reader: _Reader, now: float | None) -> list[tuple[Message, float]]:
         """The newest good message of a latest-value topic; older ones are not even decoded."""
         slot, batch = reader.slot, []
         while slot:
             batch.append(slot.popleft())
-        for payload in reversed(batch):
+        for payload, at in reversed(batch):
             message = self._accept(reader, payload, now)
             if message is not None:
-                return [message]
+                return [(message, at)]
         return []
 
-    def _all(self, reader: _Reader, now: float) -> list[Message]:
+    def _all(self, reader: _Reader, now: float | None) -> list[tuple[Message, float]]:
         slot, out = reader.slot, []
         while slot:
-            message = self._accept(reader, slot.popleft(), now)
+            payload, at = slot.popleft()
+            message = self._accept(reader, payload, now)
             if message is not None:
-                out.append(message)
+                out.append((message, at))
         return out
 
-    def _accept(self, reader: _Reader, payload: bytes, now: float) -> Message | None:
+    def _accept(self, reader: _Reader, payload: bytes, now: float | None) -> Message | None:
         topic = reader.topic
         try:
             seq, message = decode(topic, payload)
-            if not self.paced:
+            if not self.lossless:
                 self._check_order(reader, seq, message, now)
         except BadMessage as error:
             self.refused[f"{topic.name}: {error.reason}"] += 1
@@ -198,14 +202,14 @@ class Bus:
         reader.seq, reader.t, reader.accepted_at = seq, message.t, self._clock()
         return message
 
-    def _check_order(self, reader: _Reader, seq: int, message: Message, now: float) -> None:
+    def _check_order(self, reader: _Reader, seq: int, message: Message, now: float | None) -> None:
         topic = reader.topic
         silent = self._clock() - reader.accepted_at > topic.age_limit
-        if now - message.t > topic.age_limit + PATIENCE:
+        if now is not None and now - message.t > topic.age_limit + PATIENCE:
             raise BadMessage("old", f"{now - message.t:.3f} s")
         if silent:  # nothing to compare with: the owner is new, or was restarted
             return
-        if message.t - now > FUTURE:
+        if now is not None and message.t - now > FUTURE:
             raise BadMessage("future", f"{message.t - now:.3f} s")
         if seq == reader.seq:
             raise BadMessage("duplicate", str(seq))
@@ -215,11 +219,11 @@ class Bus:
             raise BadMessage("stale", f"number {seq} after {reader.seq}")
 
     def take(self, topic: Topic[M]) -> list[tuple[int, M]]:
-        """All good messages of a topic with their numbers, in order (paced mode)."""
+        """All good messages of a topic with their numbers, in order (lossless)."""
         reader = self._readers[topic.name]
         out: list[tuple[int, M]] = []
         while reader.slot:
-            message = self._accept(reader, reader.slot.popleft(), 0.0)
+            message = self._accept(reader, reader.slot.popleft()[0], None)
             if message is not None:
                 out.append((reader.seq, message))  # type: ignore[arg-type]
         return out
@@ -231,7 +235,7 @@ def open_bus(
     robot: str,
     service: str,
     inputs: Iterable[Topic] = (),
-    paced: bool = False,
+    lossless: bool = False,
     clock: Clock = time.monotonic,
 ) -> Iterator[Bus]:
     """A bus on a session of its own, closed at the end whatever happens.
@@ -240,4 +244,4 @@ def open_bus(
         BadEndpoint: an endpoint beyond this machine.
     """
     with zenoh.open(config(endpoints)) as session:
-        yield Bus(session, robot, service, inputs, paced, clock)
+        yield Bus(session, robot, service, inputs, lossless, clock)

@@ -16,8 +16,8 @@ class RobotClock(Protocol):
         """Robot time [s]; None as long as it is not known."""
         ...
 
-    def hear(self, t: float) -> None:
-        """Take note of an instant of robot time that has passed."""
+    def hear(self, t: float, at: float) -> None:
+        """Take note that robot time ``t`` had passed at local monotonic time ``at`` [s]."""
         ...
 
 
@@ -35,7 +35,7 @@ class EpochClock:
         """Robot time [s]."""
         return self._clock() - self._epoch
 
-    def hear(self, t: float) -> None:
+    def hear(self, t: float, at: float) -> None:
         """Nothing: this process is the one that knows."""
 
 
@@ -52,13 +52,12 @@ class HeardClock:
         self._current = self._previous = -float("inf")
         self._last = 0.0
 
-    def hear(self, t: float) -> None:
-        """Take note of an instant of robot time that has passed."""
-        local = self._clock()
-        if self._start is None or local - self._start > WINDOW:
-            self._start, self._previous, self._current = local, self._current, t - local
+    def hear(self, t: float, at: float) -> None:
+        """Take note that robot time ``t`` had passed at local monotonic time ``at`` [s]."""
+        if self._start is None or at - self._start > WINDOW:
+            self._start, self._previous, self._current = at, self._current, t - at
         else:
-            self._current = max(self._current, t - local)
+            self._current = max(self._current, t - at)
 
     def now(self) -> float | None:
         """Robot time [s]; None before the robot was heard."""

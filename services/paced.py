@@ -40,7 +40,7 @@ class _Paced:
     def __init__(
         self, service: Service, bus: Bus, stop: threading.Event, requests: Requests | None
     ) -> None:
-        if not bus.paced:
+        if not bus.lossless:
             raise ValueError("a paced run needs a bus that drops nothing")
         self.service, self.bus, self.stop, self.requests = service, bus, stop, requests
         self.every = max(1, round(service.period / TICK))
@@ -221,7 +221,7 @@ def run_paced(
 
     Args:
         service: to run; the robot leads, every other one follows.
-        bus: opened with ``paced=True``.
+        bus: opened with ``lossless=True``.
         stop: ends the run.
         requests: whose actions are executed between steps.
         ticks: after how many ticks the robot ends the run; None for never.

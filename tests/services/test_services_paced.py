@@ -36,7 +36,7 @@ def _paced(seed: int, run_dir: Path) -> tuple[dict[str, float], list[bytes]]:
 
     def run(name: str) -> None:
         try:
-            with open_bus(local(run_dir, name), "r1", name, paced=True) as bus:
+            with open_bus(local(run_dir, name), "r1", name, lossless=True) as bus:
                 publish = bus.publish
 
                 def record(topic: Topic, message: Message) -> int:
@@ -72,7 +72,7 @@ def test_missing_service_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     """The robot does not wait for ever; it says who did not come."""
     monkeypatch.setattr("services.paced.START", 0.5)
     missing = pytest.raises(PacedError, match="arm, base, observer did not come")
-    with open_bus(local(tmp_path, "sim"), "r1", "sim", paced=True) as bus, missing:
+    with open_bus(local(tmp_path, "sim"), "r1", "sim", lossless=True) as bus, missing:
         run_paced(TOYS["sim"](1), bus, threading.Event())
 
 
@@ -80,7 +80,7 @@ def test_stop_ends_a_waiting_run(tmp_path: Path) -> None:
     """A run that waits for others ends when it is asked to."""
     stop = threading.Event()
     stop.set()
-    with open_bus(local(tmp_path, "arm"), "r1", "arm", paced=True) as bus:
+    with open_bus(local(tmp_path, "arm"), "r1", "arm", lossless=True) as bus:
         run_paced(TOYS["arm"](1), bus, stop)
     assert isinstance(bus, Bus)
     assert all(topic.name in TOPICS for topic in HEALTH.values())

@@ -1,0 +1,112 @@
+"""Processes of this machine behind one small class; circus does the spawning and the logs.
+
+Only circus' ``Watcher`` is used, driven from our own loop: no arbiter, no control socket, no
+signal handlers. Traps that are avoided here: ``Watcher.reap_processes`` waits for ever for a
+living process, the periodic check collides with starts and stops, and ``close_child_stdin`` needs
+a real standard input.
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+import shlex
+import signal
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from circus.watcher import Watcher
+
+LOG_SIZE, LOGS_KEPT = 5_000_000, 3
+GRACE = 1.0  # [s] between being asked to end and being killed
+
+logging.getLogger("circus").setLevel(logging.ERROR)
+
+
+class Pool:
+    """Named processes, each with a rotating log ``<name>.log`` in the run directory.
+
+    Use it inside a running event loop, from the main thread: children are told to die with the
+    thread that started them.
+    """
+
+    def __init__(self, run_dir: Path) -> None:
+        self._run_dir = run_dir
+        self._watchers: dict[str, Watcher] = {}
+
+    def log_file(self, name: str) -> Path:
+        """Where a process' output goes."""
+        return self._run_dir / f"{name}.log"
+
+    async def start(self, name: str, args: Sequence[str]) -> int:
+        """Start Python with these arguments; returns the process id.
+
+        Raises:
+            OSError: it could not be started.
+        """
+        await self.stop(name)
+        watcher = Watcher(
+            name,
+            shlex.quote(sys.executable),
+            args=list(args),
+            copy_env=True,
+            working_dir=os.getcwd(),
+            close_child_stdin=False,
+            respawn=False,
+            singleton=True,
+            max_retry=1,
+            graceful_timeout=GRACE,
+            stderr_stream={
+                "class": "FileStream",
+                "filename": str(self.log_file(name)),
+                "max_bytes": LOG_SIZE,
+                "backup_count": LOGS_KEPT,
+            },
+        )
+        self._watchers[name] = watcher
+        await watcher._start()
+        pid = self.pid(name)
+        if pid is None:
+            raise OSError(f"{name} could not be started")
+        return pid
+
+    def pid(self, name: str) -> int | None:
+        """Process id, None when there is none."""
+        watcher = self._watchers.get(name)
+        return next(iter(watcher.processes), None) if watcher is not None else None
+
+    def reap(self) -> dict[str, int]:
+        """Names of processes that have died, with exit code (negative: signal)."""
+        out: dict[str, int] = {}
+        for name, watcher in self._watchers.items():
+            for pid in list(watcher.processes):
+                try:
+                    done, status = os.waitpid(pid, os.WNOHANG)
+                except ChildProcessError:
+                    done, status = pid, 0
+                if done:
+                    watcher.reap_process(pid, status)
+                    out[name] = os.waitstatus_to_exitcode(status)
+        return out
+
+    def kill(self, name: str) -> None:
+        """Kill a process that cannot be asked any more."""
+        pid = self.pid(name)
+        if pid is not None:
+            os.kill(pid, signal.SIGKILL)
+
+    async def stop(self, name: str) -> None:
+        """Ask a process to end, kill it if it does not, close its log."""
+        watcher = self._watchers.pop(name, None)
+        if watcher is not None:
+            pids = list(watcher.processes)
+            for pid in pids:  # a stopped process does not hear that it is to end
+                os.kill(pid, signal.SIGCONT)
+            await watcher._stop(True)
+
+    async def stop_all(self) -> None:
+        """End all, in parallel."""
+        import asyncio
+
+        await asyncio.gather(*(self.stop(name) for name in list(self._watchers)))

@@ -1,0 +1,170 @@
+"""One service as a process: ``python -m services.process --service NAME ...``."""
+
+from __future__ import annotations
+
+from services import realtime
+
+realtime.one_blas_thread()  # before anything imports numpy
+
+# ruff: noqa: E402
+import argparse
+import importlib
+import logging
+import os
+import signal
+import sys
+import threading
+import time
+import traceback
+from pathlib import Path
+from typing import Any, NoReturn
+
+from services.bus import Bus, open_bus
+from services.clock import EpochClock, HeardClock
+from services.codec import decode, encode
+from services.endpoints import Endpoints, local, make_run_dir
+from services.paced import run_paced
+from services.requests import Requests
+from services.runner import ROBOT, run_live
+from services.service import Inbox, Service
+from services.topics import ARM_STATE, SERVICES
+
+FACTORY = "services.components:build_service"
+WARM_UP_TICKS = 300
+WARM_UP_TIME = 0.5  # [s] at most
+LAST_RESORT = 1.5  # [s] after a request to end, the process is gone whatever hangs
+
+log = logging.getLogger("steadyhand")
+
+
+def main(argv: list[str] | None = None) -> None:
+    """Run a service until it is told to end; never returns.
+
+    An exception's traceback goes to standard error, and the exit code is 1. The process leaves by
+    ``os._exit``: what others left running in it must not keep a dead service alive.
+    """
+    options = _parser().parse_args(argv)
+    if options.parent:
+        realtime.die_with_parent(options.parent)
+    logging.basicConfig(
+        stream=sys.stderr, level=logging.INFO, format="%(asctime)s %(levelname)s %(message)s"
+    )
+    os.dup2(2, 1)  # one log
+    try:
+        _run(options)
+    except BaseException:
+        _fail()
+    sys.stderr.flush()
+    os._exit(0)
+
+
+def _fail() -> NoReturn:
+    """Say why and leave; nothing is closed, for closing may hang."""
+    traceback.print_exc()
+    sys.stderr.flush()
+    os._exit(1)
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="services.process", description=__doc__)
+    parser.add_argument("--service", required=True, choices=SERVICES)
+    parser.add_argument("--scenario", type=Path, required=True)
+    parser.add_argument("--run-dir", type=Path, required=True)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--mode", choices=("live", "paced"), default="live")
+    parser.add_argument("--robot", default="r1")
+    parser.add_argument("--observer", default="ekf")
+    parser.add_argument("--restarted", action="store_true", help="come up needing a resume")
+    parser.add_argument("--epoch", type=float, help="local monotonic time of robot time 0")
+    parser.add_argument("--ticks", type=int, help="paced: end after this many ticks")
+    parser.add_argument("--rt", choices=("auto", "on", "off"), default="auto")
+    parser.add_argument("--listen", action="append", help="instead of the run directory's socket")
+    parser.add_argument("--connect", action="append", help="instead of the run directory's sockets")
+    parser.add_argument("--parent", type=int, help="die with this process")
+    parser.add_argument("--factory", default=FACTORY, help="module:function that builds services")
+    return parser
+
+
+def _run(options: argparse.Namespace) -> None:
+    stop = threading.Event()
+    for number in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(number, lambda *_: _end(stop))
+    service = _build(options)
+    endpoints = local(make_run_dir(options.run_dir), options.service)
+    if options.listen or options.connect:
+        endpoints = Endpoints(tuple(options.listen or ()), tuple(options.connect or ()))
+    paced = options.mode == "paced"
+    with open_bus(endpoints, options.robot, service.name, service.inputs, paced) as bus:
+        requests = Requests(bus.session, options.robot, service)
+        try:
+            if paced:
+                run_paced(service, bus, stop, requests, options.ticks)
+            else:
+                _live(options, service, bus, stop, requests)
+        except BaseException:
+            _fail()
+        _end(stop)  # closing may hang as well
+        log.info("%s: ended", service.name)
+        requests.close()
+
+
+def _live(
+    options: argparse.Namespace,
+    service: Service,
+    bus: Bus,
+    stop: threading.Event,
+    requests: Requests,
+) -> None:
+    log.info("%s: warm-up of %d ticks", service.name, warm_up(_build(options)))
+    for line in realtime.set_up(options.rt, SERVICES.index(service.name)):
+        log.info("%s: %s", service.name, line)
+    is_robot = service.name == ROBOT
+    epoch = options.epoch if options.epoch is not None else time.monotonic()
+    run_live(
+        service,
+        bus,
+        EpochClock(epoch) if is_robot else HeardClock(),
+        stop,
+        requests,
+        trigger=ARM_STATE if ARM_STATE in service.inputs and service.period <= 0.001 else None,
+        spin=realtime.spin(options.rt, service.period),
+    )
+
+
+def _build(options: argparse.Namespace) -> Service:
+    module, _, function = options.factory.partition(":")
+    build: Any = getattr(importlib.import_module(module), function)
+    service: Service = build(
+        options.service,
+        options.scenario,
+        options.seed,
+        options.observer,
+        options.mode == "live",
+        options.restarted,
+    )
+    return service
+
+
+def warm_up(throwaway: Service) -> int:
+    """Run the whole tick of a copy of the service that nobody hears; returns how often.
+
+    What it would publish is encoded, decoded and thrown away.
+    """
+    inbox, deadline, ticks = Inbox(throwaway.inputs), time.monotonic() + WARM_UP_TIME, 0
+    while ticks < WARM_UP_TICKS and time.monotonic() < deadline:
+        for topic, message in throwaway.step(ticks * throwaway.period, inbox):
+            decode(topic, encode(throwaway.name, ticks, message))
+        ticks += 1
+    return ticks
+
+
+def _end(stop: threading.Event) -> None:
+    """Ask the loop to end, and see to it that the process does."""
+    stop.set()
+    timer = threading.Timer(LAST_RESORT, os._exit, (0,))
+    timer.daemon = True
+    timer.start()
+
+
+if __name__ == "__main__":
+    main()
