@@ -11,8 +11,8 @@ from arm.hds.flow import check_flow
 from arm.hds.names import hint
 from arm.hds.nodetype import Registry
 from arm.hds.parser import parse
-from arm.hds.program import END, Node, Program
-from arm.hds.semantics import check_node, node_names, only
+from arm.hds.program import END, Program
+from arm.hds.semantics import NodeCheck, check_node, node_names, only
 from arm.hds.syntax import Source, Span
 
 
@@ -47,19 +47,18 @@ def check_text(
 
     # a node with somebody else's name or none is checked too, but nothing leads to it
     placed = {id(block): name for name, block in blocks.items()}
-    targets = [*blocks, END.name]
-    nodes: dict[str, Node] = {}
-    edges: dict[str, list[str]] = {}
+    targets = dict.fromkeys([*blocks, END.name])  # found at once, listed in order
+    checked: dict[str, NodeCheck] = {}
     for block in source.blocks:
-        node, impossible = check_node(block, targets, registry, report)
+        check = check_node(block, targets, registry, report)
         if id(block) in placed:
-            nodes[node.name] = node
-            edges[node.name] = [t for e, t in node.transitions.items() if e not in impossible]
-    check_flow(nodes, edges, blocks, initial, registry, report)
+            checked[check.node.name] = check
+    check_flow(checked, blocks, initial, registry, report)
 
     findings = report.findings
     if report.has_errors or interface is None or initial is None:
         return None, findings
+    nodes = {name: check.node for name, check in checked.items()}
     return Program(nodes, initial, interface.text, filename, digest, tuple(findings)), findings
 
 

@@ -6,15 +6,15 @@ from collections.abc import Iterable, Mapping
 
 from arm.hds.finding import Report
 from arm.hds.nodetype import Registry
-from arm.hds.program import END, Node
+from arm.hds.program import END
+from arm.hds.semantics import NodeCheck
 from arm.hds.syntax import Block
 
 Edges = Mapping[str, Iterable[str]]
 
 
 def check_flow(
-    nodes: Mapping[str, Node],
-    edges: Edges,
+    checked: Mapping[str, NodeCheck],
     blocks: Mapping[str, Block],
     initial: str | None,
     types: Registry,
@@ -22,32 +22,28 @@ def check_flow(
 ) -> None:
     """Check reachability, ways to an end, and that time passes in every cycle.
 
-    Whatever goes through a node that is broken in another way is given the benefit of the doubt:
-    its own finding says what to mend, and what else is wrong shows once it is mended.
+    A node that is broken in another way gets the benefit of the doubt: its own finding says what
+    to mend, and what else is wrong shows once it is mended.
 
     Args:
-        nodes: nodes by name.
-        edges: where each node can go by events that can happen; the names may not exist.
+        checked: nodes by name.
         blocks: the same nodes as written.
         initial: name of the initial node; None if that is not known.
         types: the node types there are.
         report: where findings go.
     """
-    broken = {
-        name
-        for name, node in nodes.items()
-        if blocks[name].damaged
-        or node.type not in types
-        or any(target not in nodes and target != END.name for target in edges[name])
-    }
-    _unreachable(edges, blocks, initial, broken, report)
-    terminals = {END.name} | {name for name, node in nodes.items() if node.terminal}
-    _no_end(edges, blocks, terminals | broken, report)
+    edges = {name: check.ways for name, check in checked.items()}
+    broken = {name for name, check in checked.items() if not check.certain}
+    terminals = {END.name} | {name for name, check in checked.items() if check.node.terminal}
     instant = {
         name
-        for name, node in nodes.items()
-        if node.type in types and not types[node.type].takes_time and not node.terminal
+        for name, check in checked.items()
+        if check.node.type in types
+        and not types[check.node.type].takes_time
+        and not check.node.terminal
     }
+    _unreachable(edges, blocks, initial, broken, report)
+    _no_end(edges, blocks, terminals | broken, report)
     _timeless(
         {name: [t for t in edges[name] if t in instant] for name in edges if name in instant},
         blocks,

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection
+from typing import NamedTuple
 
 from arm.hds.finding import Report
 from arm.hds.names import hint, listing, nearest
@@ -41,19 +42,31 @@ def node_names(source: Source, report: Report) -> dict[str, Block]:
     return blocks
 
 
+class NodeCheck(NamedTuple):
+    """What came of checking one node.
+
+    Attributes:
+        node: what can be made of it; complete if no error was reported.
+        ways: nodes it can go to by events that can happen in it.
+        certain: False if it may have more ways than could be read, so that nothing may be
+            concluded from those it lacks.
+    """
+
+    node: Node
+    ways: list[str]
+    certain: bool
+
+
 def check_node(
-    block: Block, targets: Iterable[str], types: Registry, report: Report
-) -> tuple[Node, set[str]]:
-    """Check one node and make what can be made of it; complete if no error was reported.
+    block: Block, targets: Collection[str], types: Registry, report: Report
+) -> NodeCheck:
+    """Check one node against its type.
 
     Args:
         block: the node as written.
         targets: names a transition may go to.
         types: the node types there are.
         report: where findings go.
-
-    Returns:
-        The node, and those events of its transitions that cannot happen in it.
     """
     written = only(block.types, "TYPE", report)
     node_type = None
@@ -66,9 +79,11 @@ def check_node(
         report.error("missing-type", "this node has no TYPE", block.place, listing(types))
 
     parameters, given = _parameters(block, node_type, report)
-    transitions, impossible = _transitions(block, node_type, given, list(targets), report)
+    transitions, impossible = _transitions(block, node_type, given, targets, report)
+    certain = node_type is not None and not block.damaged
+    certain = certain and all(target in targets for target in transitions.values())
     if node_type is not None and not block.damaged:
-        _absent(block, node_type, parameters, given, transitions, report)
+        certain &= _absent(block, node_type, parameters, given, transitions, report)
     node = Node(
         name=block.names[0].text if block.names else "",
         type=written.text if written else "",
@@ -77,7 +92,8 @@ def check_node(
         terminal=node_type is not None and node_type.terminal,
         line=block.span.line,
     )
-    return node, impossible
+    ways = [target for event, target in transitions.items() if event not in impossible]
+    return NodeCheck(node, ways, certain)
 
 
 def _parameters(
@@ -124,7 +140,7 @@ def _transitions(
     block: Block,
     node_type: NodeType | None,
     given: set[str],
-    targets: list[str],
+    targets: Collection[str],
     report: Report,
 ) -> tuple[dict[str, str], set[str]]:
     """Event to target, and those events that cannot happen in this node."""
@@ -172,7 +188,8 @@ def _absent(
     given: set[str],
     transitions: dict[str, str],
     report: Report,
-) -> None:
+) -> bool:
+    """Report parameters and transitions the node lacks; whether it handles all its events."""
     for parameter in node_type.parameters:
         if parameter.name not in parameters and parameter.name not in given:
             message = f"type '{node_type.name}' needs the parameter '{parameter.name}'"
@@ -181,6 +198,7 @@ def _absent(
                 f" % {parameter.doc}" if parameter.doc else ""
             )
             report.error("missing-parameter", message, block.place, help)
+    handled = True
     for event in node_type.events:
         raised = event.needs is None or event.needs in given
         if raised and event.name not in transitions and not node_type.terminal:
@@ -188,3 +206,5 @@ def _absent(
             report.error(
                 "unhandled-event", message, block.place, f"add TRANSITION[{event.name}] = ...;"
             )
+            handled = False
+    return handled

@@ -250,9 +250,10 @@ def test_an_event_that_cannot_happen_is_no_way_out(good: str, types: Registry) -
     """A transition on a Timeout that is not set leads nowhere, so it is no way to an end."""
     text = good.replace("= Retract1;", "= Line1; TRANSITION[Timeout] = End;")
     _, findings = check_text(text, "a", types)
-    assert sorted(
-        {f.code for f in findings if f.line < 30}
-    ) == ["impossible-event", "no-way-to-end"]
+    assert sorted({f.code for f in findings if f.line < 30}) == [
+        "impossible-event",
+        "no-way-to-end",
+    ]
 
 
 def test_zero_time_self_loop(good: str, types: Registry) -> None:
