@@ -38,6 +38,8 @@ class Belief:
     """Newest odometry pose (3), fused or not."""
     repeats: tuple[int, int, int] = (0, 0, 0)
     """Times in a row that x, y, heading came unchanged."""
+    unchanged_since: float = 1e300
+    """Instant of the first of the newest odometry values that are equal in all three [s]."""
     odometry_innovation: Array = field(default_factory=lambda: _ZERO)
     odometry_nis: float = 0.0
     imu_innovation: Array = field(default_factory=lambda: _ZERO)
@@ -52,5 +54,7 @@ class Belief:
     """IMU readings refused by the gate since start."""
     alert_until: float = -1e300
     """Until then the disturbance is taken to be large [s]."""
+    standing: bool = False
+    """Whether the platform is taken to be held by its brakes and friction."""
     slip_until: float = -1e300
     """Until then slip is reported [s]."""

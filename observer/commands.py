@@ -40,6 +40,18 @@ class CommandHistory:
             return STILL
         return self._values[i]
 
+    def still_since(self, t: float) -> float:
+        """How long at ``t`` [s] the drive has been told to stand; inf if ever."""
+        i = bisect_right(self._times, t) - 1
+        if i >= 0 and t - self._times[i] < self.silence and self._values[i] != STILL:
+            return 0.0
+        while i >= 0:
+            if self._values[i] != STILL:
+                after = self._times[i + 1] if i + 1 < len(self._times) else math.inf
+                return t - min(after, self._times[i] + self.silence)
+            i -= 1
+        return math.inf
+
     def segments(self, start: float, end: float) -> list[tuple[float, Command]]:
         """Cut ``start`` .. ``end`` [s] into pieces of constant command: (duration, command)."""
         pieces = []

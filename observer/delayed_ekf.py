@@ -20,7 +20,7 @@ import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter
 
 from observer.belief import IMU, NAMES, ODOMETRY, Belief, Event
-from observer.commands import Command, CommandHistory
+from observer.commands import STILL, Command, CommandHistory
 from observer.motion_model import SIZE, MotionModel
 from observer.sensor_models import ImuModel, OdometryModel, pose_residual, truncated
 from services.messages import Array
@@ -54,6 +54,14 @@ class FilterOptions:
     """No more doublings than that: 0.5 m, 51 deg per refusal."""
     slip_report: float = 0.5
     """Slip is reported for this long after the last refused odometry [s]."""
+    standing: bool = True
+    """Recognise standstill, which friction makes exact on a wheeled platform."""
+    standing_after: float = 0.3
+    """Standing: told to stand and odometry unchanged for so long [s], and no alert; then ..."""
+    standing_speed: tuple[float, float, float] = (0.001, 0.001, 0.0005)
+    """... velocity is measured as zero with this deviation [m/s, m/s, rad/s] ..."""
+    standing_factor: float = 0.01
+    """... at each odometry, and the variance of the disturbance is multiplied by this."""
     max_step: float = 0.02
     """Longest single prediction [s]; longer ones are cut, which keeps the noise model true."""
     max_steps: int = 250
@@ -239,6 +247,8 @@ class DelayedEKF(ExtendedKalmanFilter):
                 scale = factor
                 if start <= before.alert_until:
                     scale = max(scale, self.options.alert_factor)
+                elif before.standing and factor == 1.0 and u == STILL:
+                    scale = self.options.standing_factor
                 x = self.x.tolist()
                 self.F = self.motion.jacobian(x, u, self._dt)
                 self.Q = self.motion.process_noise(x[2], self._dt, scale)
@@ -278,6 +288,7 @@ class DelayedEKF(ExtendedKalmanFilter):
             imu_refused=before.imu_refused + 1 if refused else 0,
             imu_gated=before.imu_gated + refused,
             alert_until=alert_until,
+            standing=before.standing and alert_until < event.t,
         )
 
     def _fuse_odometry(self, before: Belief, event: Event) -> Belief:
@@ -299,31 +310,58 @@ class DelayedEKF(ExtendedKalmanFilter):
         if refused:
             self.x, self.P = x, P.copy()
             grow = 2.0 ** min(before.odometry_refused, opt.growth_limit)
+            share = innovation**2 / np.diag(self.S)
             for i, g in enumerate(opt.growth):
-                self.P[i, i] += (g * grow) ** 2
-                self.P[3 + i, 3 + i] += (g * grow) ** 2
+                # axes that agree keep their certainty, unless only all together disagree
+                if share[i] > 9.0 or share.max() <= 9.0:
+                    self.P[i, i] += (g * grow) ** 2
+                    self.P[3 + i, 3 + i] += (g * grow) ** 2
             slip_until = event.t + opt.slip_report
         elif opt.odometry_update == "interval":
             self.x, self.P = x, P
             self._fuse_intervals(event.z)
-        r, same = before.repeats, event.z == before.odometry
+        same = event.z == before.odometry
+        r = before.repeats
+        repeats = (
+            r[0] + 1 if same[0] else 0,
+            r[1] + 1 if same[1] else 0,
+            r[2] + 1 if same[2] else 0,
+        )
+        since = min(before.unchanged_since, event.t) if all(repeats) else event.t
+        standing = opt.standing and not refused and self._stands(event.t, since, before)
+        if standing:
+            self._fuse_standstill()
         return replace(
             before,
             t=event.t,
             x=self.x,
             P=self.P,
             odometry=event.z,
-            repeats=(
-                r[0] + 1 if same[0] else 0,
-                r[1] + 1 if same[1] else 0,
-                r[2] + 1 if same[2] else 0,
-            ),
+            repeats=repeats,
+            unchanged_since=since,
+            standing=standing,
             odometry_innovation=innovation,
             odometry_nis=nis,
             odometry_refused=count,
             odometry_gated=before.odometry_gated + refused,
             slip_until=slip_until,
         )
+
+    def _stands(self, t: float, unchanged_since: float, before: Belief) -> bool:
+        wait = self.options.standing_after - 1e-9
+        return (
+            t - unchanged_since >= wait
+            and t > before.alert_until
+            and self.commands.still_since(t) >= wait
+        )
+
+    def _fuse_standstill(self) -> None:
+        """Velocity measured as zero, one axis after the other."""
+        for i, deviation in enumerate(self.options.standing_speed, start=3):
+            gain = self.P[:, i]
+            total = float(gain[i]) + deviation * deviation
+            self.x = self.x - gain * (float(self.x[i]) / total)
+            self.P = self.P - np.outer(gain, gain) / total
 
     def _fuse_intervals(self, z: Array) -> None:
         """Truncated-Gaussian moment matching, one axis after the other.
