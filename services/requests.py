@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import queue
 import threading
+import time
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Future
@@ -22,6 +23,7 @@ from services.service import Reply, Service
 from services.topics import request_key
 
 TIMEOUT = 2.0  # [s] for the loop to take an action up
+_AT_ONCE = 0.1  # [s]
 
 Action = Callable[[], Reply]
 
@@ -118,16 +120,24 @@ def ask(
     Raises:
         NoAnswer: nobody answered in time, or with something unreadable.
     """
-    channel: Any = zenoh.handlers.FifoChannel(4)
-    replies = session.get(
-        request_key(robot, service, verb), channel, payload=pack_plain(args), timeout=timeout
-    )
-    for reply in replies:
-        if reply.ok is None:
-            continue
-        try:
-            content = unpack_map(reply.ok.payload.to_bytes())
-        except BadMessage as error:
-            raise NoAnswer(f"{service} gave an unreadable answer ({error})") from error
-        return Reply(content.get("accepted") is True, str(content.get("reason", "")))
-    raise NoAnswer(f"{service} of robot {robot} does not answer")
+    key, payload = request_key(robot, service, verb), pack_plain(args)
+    deadline = time.monotonic() + timeout
+    while True:
+        asked = time.monotonic()
+        channel: Any = zenoh.handlers.FifoChannel(4)
+        for reply in session.get(key, channel, payload=payload, timeout=timeout):
+            if reply.ok is not None:
+                return _reply(service, reply.ok.payload.to_bytes())
+        # ended at once: not connected to it yet, so nobody got the request and it may be repeated
+        now = time.monotonic()
+        if now - asked > _AT_ONCE or now > deadline:
+            raise NoAnswer(f"{service} of robot {robot} does not answer")
+        time.sleep(_AT_ONCE / 2)
+
+
+def _reply(service: str, payload: bytes) -> Reply:
+    try:
+        content = unpack_map(payload)
+    except BadMessage as error:
+        raise NoAnswer(f"{service} gave an unreadable answer ({error})") from error
+    return Reply(content.get("accepted") is True, str(content.get("reason", "")))

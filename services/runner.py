@@ -64,6 +64,28 @@ class Heart:
         self._bus.publish(self._topic, health)
 
 
+class Grid:
+    """Instants at which the simulated world is stepped.
+
+    A controller that missed ticks skips them. The world cannot: its time goes on, so it makes up
+    for them, unless they are so many that nobody would call that real time any more.
+    """
+
+    CATCH_UP = 20  # ticks
+
+    def __init__(self, period: float) -> None:
+        self._period = period
+        self._last: int | None = None
+
+    def due(self, now: float) -> list[float]:
+        """Multiples of the period that have come since the last call [s]."""
+        newest = int(now / self._period + 1e-6)
+        if self._last is None or newest - self._last > self.CATCH_UP:
+            self._last = newest - 1
+        first, self._last = self._last + 1, max(newest, self._last)
+        return [number * self._period for number in range(first, newest + 1)]
+
+
 def run_live(
     service: Service,
     bus: Bus,
@@ -75,7 +97,8 @@ def run_live(
 ) -> None:
     """Step a service until ``stop`` is set.
 
-    Nothing is stepped before robot time is known; the heartbeat says so.
+    Nothing is stepped before robot time is known; the heartbeat says so. The robot itself (the
+    simulation) is stepped on multiples of its period, see ``Grid``.
 
     Args:
         service: to run.
@@ -98,6 +121,7 @@ def run_live(
         bus.hear(topic)
     inbox = Inbox((*service.inputs, *extra))
     heart = Heart(service, bus, pace.statistics)
+    grid = Grid(service.period) if service.name == ROBOT else None
     while not stop.is_set():
         pace.wait()
         if requests is not None:
@@ -107,8 +131,9 @@ def run_live(
         if now is None:
             heart.beat(0.0, inbox, ("waiting", "no robot time heard yet"))
             continue
-        for topic, message in service.step(now, inbox):
-            bus.publish(topic, message)
+        for instant in grid.due(now) if grid is not None else (now,):
+            for topic, message in service.step(instant, inbox):
+                bus.publish(topic, message)
         heart.beat(now, inbox)
 
 

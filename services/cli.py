@@ -1,0 +1,116 @@
+"""``steadyhand``: the command line. Exit codes: 0 done, 1 not done, 2 wrongly asked."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.markup import escape
+
+from services import cli_requests, doctor, watch
+from services.cli_common import Json, Robot, RunDir, console, errors, fail, show_json
+from services.cli_program import program
+
+app = typer.Typer(
+    help="Robot software for hands that stay steady on moving bases.",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+)
+app.add_typer(program, name="program")
+app.add_typer(cli_requests.arm, name="arm")
+app.command()(cli_requests.disturb)
+app.command()(watch.watch)
+app.command(name="doctor")(doctor.doctor)
+
+COLOURS = {"ready": "green", "restarted": "green", "died": "red", "hung": "red"}
+
+
+@app.command()
+def up(
+    scenario: Annotated[str, typer.Argument(help="Name or file of a scenario.")] = "whiteboard",
+    paced: Annotated[
+        bool, typer.Option("--paced", help="Wait for every answer: exact on any machine.")
+    ] = False,
+    duration: Annotated[float | None, typer.Option("--for", help="End after this [s].")] = None,
+    observer: Annotated[str, typer.Option(help="Kind of observer.")] = "ekf",
+    seed: Annotated[int, typer.Option(help="Of everything random.")] = 0,
+    rt: Annotated[str, typer.Option(help="Real-time priority and cores: auto, on, off.")] = "auto",
+    robot: Robot = "r1",
+    run_dir: RunDir = None,
+    hang: Annotated[float, typer.Option(help="No progress for this long is a hang [s].")] = 1.0,
+    factory: Annotated[str, typer.Option(hidden=True)] = "",
+    json: Json = False,
+) -> None:
+    """Launch all services and look after them until Ctrl-C."""
+    from services.endpoints import default_run_dir
+    from services.lockstep import TICK
+    from services.process import FACTORY
+    from services.supervisor import Event, Plan, Supervisor
+
+    if rt not in ("auto", "on", "off"):
+        fail(f"--rt is auto, on or off, not {rt!r}", 2)
+    if duration is not None and duration <= 0:
+        fail(f"--for needs a positive number of seconds, not {duration:g}", 2)
+    plan = Plan(
+        run_dir=run_dir or default_run_dir(robot),
+        scenario=Path(scenario) if factory else scenario_file(scenario),
+        robot=robot,
+        seed=seed,
+        observer=observer,
+        mode="paced" if paced else "live",
+        rt=rt,
+        ticks=round(duration / TICK) if paced and duration is not None else None,
+        duration=None if paced else duration,
+        hang=hang,
+        factory=factory or FACTORY,
+    )
+    events: list[Event] = []
+
+    def report(event: Event) -> None:
+        events.append(event)
+        if not json:
+            colour = COLOURS.get(event.kind, "dim" if event.kind == "started" else "default")
+            console.print(
+                f"{event.at:8.2f}  {event.service:9} [{colour}]{event.kind:10}[/] {event.detail}",
+                highlight=False,
+                soft_wrap=True,
+            )
+
+    if not json:
+        console.print(f"[bold]{scenario}[/], logs in {plan.run_dir}", highlight=False)
+    supervisor = Supervisor(plan, report)
+    success = supervisor.run()
+    if json:
+        health = {name: asdict(newest) for name, newest in supervisor.health.items()}
+        show_json({"success": success, "events": [asdict(e) for e in events], "health": health})
+    raise typer.Exit(0 if success else 1)
+
+
+def scenario_file(name: str) -> Path:
+    """The file of a scenario given by name or path; leaves with an error that names the known."""
+    from sim.scenario import SCENARIOS, scenario_names
+
+    for path in (Path(name), SCENARIOS / f"{name}.toml"):
+        if path.is_file():
+            return path.resolve()
+    fail(f"no scenario {name!r}. Known: {', '.join(scenario_names())}; or give a file", 2)
+
+
+def main() -> None:
+    """Entry point: errors people can do something about come without a traceback."""
+    from deploy.tomlfile import BadFile
+    from services.endpoints import BadEndpoint
+    from services.supervisor import AlreadyRunning, StartFailed
+
+    try:
+        app()
+    except (BadFile, BadEndpoint, AlreadyRunning, StartFailed) as error:
+        errors.print("[bold red]error:[/]", escape(str(error)), highlight=False)
+        sys.exit(1)
+
+
+if __name__ == "__main__":
+    main()
