@@ -1,0 +1,122 @@
+"""The torque law: joint-space computed torque about a reference, with friction and contact.
+
+Operational-space force control fails on a geared arm: the friction of joint 1 is worth 25 N at
+the tip. So the reference moves (differential IK, an admittance along the board's normal) and the
+joints follow it stiffly. The model is evaluated at the reference, which is free of noise.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arm.model import ArmModel, Base, Kinematics
+from deploy.robot import Arm
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Gains:
+    """Of the torque law; docs/tuning.md says how to choose them."""
+
+    bandwidth: float = 60.0
+    """Of the joint error, critically damped [rad/s]."""
+    integral: float = 8.0
+    """Rate of the integral action [1/s]."""
+    velocity_filter: float = 40.0
+    """Low-pass of the velocity error [Hz]."""
+    acceleration_filter: float = 60.0
+    """Low-pass of the reference's acceleration [Hz]."""
+    friction_width: float = 0.003
+    """Speed over which the Coulomb feed-forward changes sign [rad/s]."""
+    friction_rate: float = 2.0
+    """Adaptation of the Coulomb level [1/s]."""
+
+
+class TorqueLaw:
+    """Joint torques that follow a reference (q, qd) on a moving platform.
+
+    Args:
+        model: the arm as believed.
+        gains: see ``Gains``.
+    """
+
+    def __init__(self, model: ArmModel, gains: Gains | None = None) -> None:
+        self.gains = gains or Gains()
+        self._model = model
+        arm: Arm = model.robot.arm
+        self._coulomb_nominal = np.array(arm.coulomb_friction)
+        self._viscous = np.array(arm.viscous_friction)
+        self.limit = np.array(arm.torque_limit)
+        self.coulomb = self._coulomb_nominal.copy()
+        self.reset(np.zeros(6))
+
+    def reset(self, qd: Array) -> None:
+        """Forget the past; the reference moves at ``qd``, shape (6,) [rad/s]."""
+        self._integral = np.zeros(6)
+        self._velocity_error = np.zeros(6)
+        self._qd_ref = qd.copy()
+        self._qdd_ref = np.zeros(6)
+        self.saturated = False
+
+    def torque(
+        self,
+        dt: float,
+        q: Array,
+        qd: Array,
+        q_ref: Array,
+        qd_ref: Array,
+        base: Base,
+        kinematics: Kinematics,
+        contact: Array,
+    ) -> Array:
+        """Torques for this tick, within the limits, shape (6,) [N m].
+
+        The model must have been placed at (base, q_ref, qd_ref) by the caller, which has
+        ``kinematics`` from it.
+
+        Args:
+            dt: since the last call [s].
+            q: measured joint positions, shape (6,) [rad].
+            qd: measured joint velocities, shape (6,) [rad/s].
+            q_ref: reference positions, shape (6,) [rad].
+            qd_ref: reference velocities, shape (6,) [rad/s].
+            base: motion of the platform.
+            kinematics: of the tip at the reference.
+            contact: force of the tool on the world in O, shape (3,) [N].
+        """
+        g = self.gains
+        self._qdd_ref += blend(g.acceleration_filter, dt) * (
+            (qd_ref - self._qd_ref) / dt - self._qdd_ref
+        )
+        self._qd_ref = qd_ref.copy()
+        error = q_ref - q
+        self._velocity_error += blend(g.velocity_filter, dt) * ((qd_ref - qd) - self._velocity_error)
+        w = g.bandwidth
+        feedback = 2.0 * w * self._velocity_error + w * w * (error + g.integral * self._integral)
+        tau = self._model.torque(self._qdd_ref + feedback, base.acceleration)
+        direction = np.tanh(qd_ref / g.friction_width)
+        tau += self.coulomb * direction + self._viscous * qd_ref + kinematics.J[:3].T @ contact
+        limited = np.clip(tau, -self.limit, self.limit)
+        self.saturated = bool((limited != tau).any())
+        if not self.saturated:  # no wind-up against a limit
+            self._integral += error * dt
+            self._adapt(dt, feedback, direction)
+        return limited
+
+    def _adapt(self, dt: float, feedback: Array, direction: Array) -> None:
+        """Let the feedback that is still needed while moving raise or lower the Coulomb level."""
+        needed = self._model.inertia_diagonal() * feedback
+        moving = np.abs(direction) > 0.9
+        self.coulomb += np.where(moving, self.gains.friction_rate * dt * needed * direction, 0.0)
+        nominal = self._coulomb_nominal
+        self.coulomb = np.clip(self.coulomb, 0.5 * nominal, 1.5 * nominal)
+
+
+def blend(cutoff: float, dt: float) -> float:
+    """Weight of a new sample in a first-order low-pass of ``cutoff`` [Hz] sampled every ``dt``."""
+    return 1.0 - math.exp(-2.0 * math.pi * cutoff * dt)

@@ -1,0 +1,380 @@
+"""Runs a program on the arm: reads state and estimate, steps the node, returns torques.
+
+States: ``idle`` (joints held), ``running``, ``paused``, ``resuming``, ``safe_hold`` (an input failed:
+contact released, waiting to be resumed), ``protective_stop`` (a limit was left: a person resets)
+and ``finished``.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arm.control import solve
+from arm.control.torque_law import Gains, TorqueLaw
+from arm.hds import Automaton, Program
+from arm.limits import Limits
+from arm.model import STANDING, ArmModel, Base
+from arm.nodes import REGISTRY, Context, Control, Step
+from arm.recovery import AWAY, Retreat, Return
+from arm.reference import JointReference
+from deploy.task import BoardPose
+from services.messages import ArmCommand, ArmState, ArmStatus, Estimate
+
+Array = NDArray[np.float64]
+
+ESTIMATE_AGE = 0.05
+"""An estimate older than this is not to be trusted [s]."""
+FADE_BASE = 0.15
+"""Time constant with which the platform's velocity fades once its estimate is gone [s]."""
+LONGEST_TICK = 0.02
+"""After a gap in the arm's state longer than this the reference starts anew [s]."""
+STATUS_PERIOD = 0.02
+"""[s]"""
+
+
+@dataclass
+class _Interrupted:
+    """Where a program was when it was stopped: what is needed to come back."""
+
+    desired: Array
+    pressing: bool
+
+
+class Executive:
+    """The arm's process without its process.
+
+    Args:
+        robot: name of the robot's folder in deploy/robots.
+        board: where the board is believed to be, X_OS.
+        gains: of the torque law.
+    """
+
+    def __init__(self, robot: str, board: BoardPose, gains: Gains | None = None) -> None:
+        self.model = ArmModel(robot)
+        self._law = TorqueLaw(self.model, gains)
+        self._limits = Limits(self.model)
+        self._reference = JointReference(np.array(self.model.robot.arm.velocity_limit))
+        self._R_OS = board.rotation()
+        self._p_OS = board.position()
+        self.state = "idle"
+        self.reason = ""
+        self._automaton: Automaton | None = None
+        self._control: Control | Retreat | Return | None = None
+        self._node: Control | None = None
+        self._interrupted: _Interrupted | None = None
+        self._desired = np.zeros(3)
+        self._last = Step(None, np.zeros(3), np.zeros(3))
+        self._base = STANDING
+        self._lost = 0.0
+        self._t: float | None = None
+        self._event = ""
+        self._strokes = 0
+        self._status_due = 0.0
+        self._changed = False
+        self._margins = (0.0, 0.0)
+        self._start_node = False
+        self._start_control = False
+        self._resync = False
+
+    # --- requests: each raises ValueError with the reason when it cannot be granted -----------
+
+    def start(self, program: Program) -> None:
+        """Run a checked program from its initial node.
+
+        Raises:
+            ValueError: a program is running or interrupted, or the arm is stopped.
+        """
+        if self.state not in ("idle", "finished"):
+            raise ValueError(f"the arm is {self.state}{self._because()}; {self._way_out()}")
+        self._automaton = Automaton(program)
+        self._automaton.start()
+        self._strokes = 0
+        self._event = "start"
+        self._go("running", "")
+        self._start_node = True
+
+    def pause(self) -> None:
+        """Let go of the board and wait.
+
+        Raises:
+            ValueError: no program is running.
+        """
+        if self.state not in ("running", "resuming"):
+            raise ValueError(f"no program is running: the arm is {self.state}")
+        self._interrupt("paused", "asked to pause")
+
+    def resume(self) -> None:
+        """Go back to where the program was interrupted, and on from there.
+
+        Raises:
+            ValueError: nothing to resume, or the cause of the interruption is still there.
+        """
+        if self.state not in ("paused", "safe_hold"):
+            raise ValueError(f"nothing to resume: the arm is {self.state}{self._because()}")
+        if self._lost > 0.0:
+            raise ValueError(f"cannot resume yet: {self.reason}")
+        if self._interrupted is None:
+            self._go("idle", "")
+            return
+        self._control = Return(self._interrupted.desired, self._interrupted.pressing)
+        self._start_control = True
+        self._go("resuming", "")
+
+    def stop(self) -> None:
+        """Give the program up, let go of the board, hold still."""
+        if self.state == "protective_stop":
+            raise ValueError(f"the arm is in protective stop: {self.reason}; reset it first")
+        touching = self.state in ("running", "resuming") and self._touching()
+        self._drop_program()
+        self._retreat(AWAY if touching else 0.0)
+        self._go("idle", "stopped by request")
+
+    def protective_stop(self, reason: str) -> None:
+        """Stop now; only ``reset`` leads out."""
+        if self.state == "protective_stop":
+            return
+        self._retreat(AWAY if self._touching() else 0.0)
+        self._drop_program()
+        self._go("protective_stop", reason)
+
+    def reset(self) -> None:
+        """Leave a protective stop, once a person has looked.
+
+        Raises:
+            ValueError: the arm is not stopped.
+        """
+        if self.state != "protective_stop":
+            raise ValueError(f"the arm is {self.state}, not in protective stop")
+        self._t = None  # take the present joint positions for the reference
+        self._go("idle", "")
+
+    # --- the tick ---------------------------------------------------------------------------
+
+    def step(
+        self, state: ArmState, estimate: Estimate | None
+    ) -> tuple[ArmCommand, ArmStatus | None]:
+        """Compute the torques for one arm state.
+
+        Everything is aligned to the instant of ``state``: the estimate is advanced to it, and the
+        reference is the one intended then.
+
+        Args:
+            state: newest joint state.
+            estimate: newest platform estimate, None before the first.
+
+        Returns:
+            The command, and a status when one is due.
+        """
+        dt = 0.001 if self._t is None else state.t - self._t
+        if self._t is None or dt > LONGEST_TICK or self._resync:
+            self._restart(state)
+            dt = 0.001
+        self._t = state.t
+        self._follow_platform(dt, state.t, estimate)
+        reference = self._reference
+        reference.advance(dt)
+        kinematics = self.model.place(self._base, reference.q, reference.qd)
+        contact = kinematics.R @ -state.wrench[:3]  # of the tool on the world, in O
+        reach = self._limits.reach_margin()
+        context = Context(
+            dt=dt,
+            kinematics=kinematics,
+            base=self._base,
+            R_OS=self._R_OS,
+            p_OS=self._p_OS,
+            force=float(-self._R_OS[:, 2] @ contact),
+            reach_margin=reach,
+            desired=self._desired,
+            velocity=self._last.velocity,
+        )
+        self._run(context)
+        objective = self._last.objective
+        if objective is None:
+            wanted = np.zeros(6)
+        else:
+            wanted = solve([part.rows(kinematics, dt) for part in objective.parts()], 6)
+        reference.follow(wanted, dt)
+        tau = self._law.torque(
+            dt,
+            state.q,
+            state.qd,
+            reference.q,
+            reference.qd,
+            self._base,
+            kinematics,
+            contact if self._touching() else np.zeros(3),
+        )
+        violated = self._limits.violated(
+            dt,
+            state.q,
+            state.qd,
+            reference.q,
+            state.wrench,
+            self._law.saturated,
+            reference.clamped,
+            reach if self.state in ("running", "resuming") else 1.0,
+        )
+        if violated is not None:
+            self.protective_stop(violated)
+            # do not go on pulling towards a reference the arm cannot reach
+            self._resync = violated.startswith("tracking")
+        self._margins = (reach, self.model.joint_margin(state.q))
+        return ArmCommand(t=state.t, tau=tau), self._status(state.t)
+
+    def _restart(self, state: ArmState) -> None:
+        """Take the present joint positions for the reference, after a start or a gap."""
+        self._resync = False
+        self._reference.reset(state.q)
+        self._law.reset(np.zeros(6))
+        self._last = Step(None, self._last.desired, np.zeros(3))
+        if self.state in ("running", "resuming"):
+            self._interrupt("safe_hold", "the arm's own state was late")
+
+    def _follow_platform(self, dt: float, now: float, estimate: Estimate | None) -> None:
+        """Advance the platform's motion to ``now``; without an estimate let it fade to rest."""
+        problem = None
+        if estimate is None:
+            problem = "no estimate of the platform yet"
+        elif now - estimate.t > ESTIMATE_AGE:
+            problem = f"estimate of the platform is {1000 * (now - estimate.t):.0f} ms old"
+        elif not estimate.valid:
+            problem = f"estimate of the platform is invalid: {estimate.reason}"
+        if problem is None and estimate is not None:
+            self._lost = 0.0
+            self._base = Base(estimate.pose, estimate.velocity, estimate.acceleration).after(
+                now - estimate.t
+            )
+            return
+        self._lost += dt
+        velocity = self._base.velocity * math.exp(-dt / FADE_BASE)
+        self._base = Base(self._base.pose + velocity * dt, velocity, np.zeros(3))
+        if self.state in ("running", "resuming"):
+            self._interrupt("safe_hold", str(problem))
+        elif self.state == "safe_hold":
+            self.reason = str(problem)
+
+    def _run(self, context: Context) -> None:
+        """Step what is in control, and follow its events."""
+        if self._start_node:
+            self._start_node = False
+            context.desired = context.tip
+            self._next_node(context)
+        if self._start_control and self._control is not None:
+            self._start_control = False
+            self._control.enter(context)
+            self._reference.switch()
+        if self._control is None:
+            self._last = Step(None, context.tip, np.zeros(3))
+            return
+        self._last = self._control.update(context)
+        self._desired = self._last.desired
+        # what follows takes over within this tick; the language refuses cycles that take no time
+        while self._last.event is not None and self._follow(self._last.event, context):
+            self._last = self._control.update(context)
+            self._desired = self._last.desired
+
+    def _follow(self, event: str, context: Context) -> bool:
+        """Act on an event; returns whether there is something new in control."""
+        context.desired = self._desired
+        self._event = event
+        if self.state == "resuming" and self._node is not None:
+            self._control = self._node
+            self._node.resume(context)
+            self._reference.switch()
+            self._interrupted = None
+            self._event = "resume"
+            self._go("running", "")
+            return True
+        if self.state == "running" and self._automaton is not None:
+            self._automaton.fire(event)
+            self._next_node(context)
+            if self._control is None:
+                self._last = Step(None, self._desired, np.zeros(3))
+            return self._control is not None
+        return False
+
+    def _next_node(self, context: Context) -> None:
+        """Enter the automaton's current node."""
+        assert self._automaton is not None
+        self._changed = True
+        self._reference.switch()
+        if self._automaton.finished:
+            self._control = self._node = None
+            self._go("finished", "")
+            return
+        node = self._automaton.node
+        make = REGISTRY[node.type].make
+        assert make is not None
+        self._node = self._control = make(node.parameters)
+        if self._node.pressing:
+            self._strokes += 1
+        self._node.enter(context)
+
+    # --- interruptions ----------------------------------------------------------------------
+
+    def _interrupt(self, state: str, reason: str) -> None:
+        """Stop the program where it is, so that it can be resumed."""
+        if self.state == "running" and self._node is not None:
+            self._interrupted = _Interrupted(self._desired.copy(), self._node.pressing)
+        self._retreat(AWAY if self._touching() else 0.0)
+        self._go(state, reason)
+
+    def _retreat(self, distance: float) -> None:
+        self._control = Retreat(distance)
+        self._start_control = True
+
+    def _drop_program(self) -> None:
+        self._automaton = None
+        self._node = None
+        self._interrupted = None
+
+    def _touching(self) -> bool:
+        """Whether the tool may be in contact."""
+        pressing = self._control is not None and self._control.pressing
+        return pressing or self._last.filtered > 0.3
+
+    # --- what people see ----------------------------------------------------------------------
+
+    def _go(self, state: str, reason: str) -> None:
+        self.state = state
+        self.reason = reason
+        self._changed = True
+
+    def _because(self) -> str:
+        return f" ({self.reason})" if self.reason else ""
+
+    def _way_out(self) -> str:
+        return {
+            "protective_stop": "look at the robot, then reset it",
+            "running": "stop the program first",
+        }.get(self.state, "resume or stop the program first")
+
+    def _status(self, now: float) -> ArmStatus | None:
+        if not self._changed and now + 1e-9 < self._status_due:
+            return None
+        self._changed = False
+        self._status_due = now + STATUS_PERIOD
+        automaton = self._automaton
+        reason = self.reason
+        if self.state in ("paused", "safe_hold") and self._interrupted is not None and automaton:
+            reason = f"{reason}; interrupted in {automaton.node.name}: resume or stop the program"
+        return ArmStatus(
+            t=now,
+            state=self.state,
+            program=automaton.program.path if automaton else "",
+            node=automaton.node.name if automaton else "",
+            event=self._event,
+            transitions=automaton.transitions if automaton else 0,
+            reason=reason,
+            stroke=self._strokes if self._last.drawing else 0,
+            reference=self._last.desired,
+            reference_velocity=self._last.velocity,
+            force=self._last.filtered,
+            force_reference=self._last.force,
+            reach_margin=self._margins[0],
+            joint_margin=self._margins[1],
+        )

@@ -1,0 +1,93 @@
+"""The arm's limits: what it must never leave, and the name of the one it left."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arm.model import ArmModel
+
+Array = NDArray[np.float64]
+
+PATIENCE = 0.1
+"""How long torque or reference may stand at its limit before the arm stops [s]."""
+JOINT_MARGIN = 0.02
+"""Distance to a joint limit that must be left [rad]."""
+TRACKING = 0.15
+"""Largest difference of reference and measured joint position [rad]."""
+
+
+@dataclass
+class Limits:
+    """Watches one arm.
+
+    Args:
+        model: the arm as believed.
+    """
+
+    model: ArmModel
+
+    def __post_init__(self) -> None:
+        arm = self.model.robot.arm
+        self._velocity = np.array(arm.velocity_limit)
+        self._force = arm.force_limit
+        self._reach = arm.reach
+        self._names = arm.joints
+        self._saturated = 0.0
+        self._clamped = 0.0
+        self._speed = np.zeros(6)
+
+    def reach_margin(self) -> float:
+        """Distance left before the arm is stretched out, at the state last placed [m]."""
+        return self._reach - self.model.stretch()
+
+    def violated(
+        self,
+        dt: float,
+        q: Array,
+        qd: Array,
+        q_ref: Array,
+        wrench: Array,
+        saturated: bool,
+        clamped: bool,
+        reach_margin: float,
+    ) -> str | None:
+        """Name and figures of the first limit that is left, or None.
+
+        Args:
+            dt: since the last call [s].
+            q: measured joint positions, shape (6,) [rad].
+            qd: measured joint velocities, shape (6,) [rad/s].
+            q_ref: reference positions, shape (6,) [rad].
+            wrench: force [N] and moment [N m] at the wrist, shape (6,).
+            saturated: a torque was clamped at this tick.
+            clamped: the reference's rates were clamped at this tick.
+            reach_margin: see ``reach_margin`` [m].
+        """
+        # encoder differences are noisy: judge the speed over about 10 ms
+        self._speed += min(dt / 0.01, 1.0) * (qd - self._speed)
+        fast = np.abs(self._speed) > self._velocity
+        if fast.any():
+            i = int(np.argmax(fast))
+            return f"velocity limit of {self._names[i]}: {self._speed[i]:.2f} rad/s"
+        force = float(np.linalg.norm(wrench[:3]))
+        if force > self._force:
+            return f"force limit at the wrist: {force:.0f} N of {self._force:.0f} N"
+        margin = self.model.joint_margin(q)
+        if margin < JOINT_MARGIN:
+            return f"joint limit: {margin:.3f} rad left of {JOINT_MARGIN} rad"
+        if reach_margin < 0.0:
+            return f"reach limit: {-1000 * reach_margin:.0f} mm beyond"
+        error = np.abs(q_ref - q)
+        if error.max() > TRACKING:
+            i = int(np.argmax(error))
+            return f"tracking limit of {self._names[i]}: {error[i]:.2f} rad behind its reference"
+        self._saturated = self._saturated + dt if saturated else 0.0
+        if self._saturated > PATIENCE:
+            return f"torque limit: reached for {1000 * self._saturated:.0f} ms"
+        self._clamped = self._clamped + dt if clamped else 0.0
+        if self._clamped > PATIENCE:
+            return f"velocity limit of the reference: reached for {1000 * self._clamped:.0f} ms"
+        return None

@@ -1,0 +1,131 @@
+"""What the arm believes its robot to be: kinematics and dynamics, from the description."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from deploy.robot import Robot
+from deploy.skeleton import ARM, DOFS, PLATFORM, load_skeleton
+
+Array = NDArray[np.float64]
+
+SHOULDER_HEIGHT = 0.672
+"""Of joint 2 above the arm's mounting flange [m]."""
+
+
+@dataclass(frozen=True)
+class Base:
+    """Motion of the platform at one instant, in O.
+
+    Attributes:
+        pose: X_OB as x, y [m], heading [rad].
+        velocity: V_OB_O, shape (3,).
+        acceleration: A_OB_O, shape (3,).
+    """
+
+    pose: Array
+    velocity: Array
+    acceleration: Array
+
+    def after(self, dt: float) -> Base:
+        """The motion ``dt`` [s] later, with the acceleration kept."""
+        return Base(
+            self.pose + self.velocity * dt + self.acceleration * (0.5 * dt * dt),
+            self.velocity + self.acceleration * dt,
+            self.acceleration,
+        )
+
+
+STANDING = Base(np.zeros(3), np.zeros(3), np.zeros(3))
+
+
+@dataclass(frozen=True)
+class Kinematics:
+    """Where the pen tip is and how joints and platform move it.
+
+    Attributes:
+        p: p_OT, shape (3,) [m].
+        R: R_OT, shape (3, 3).
+        J: of the tip (linear, then angular velocity) in O by joint rates, shape (6, 6).
+        drift: velocity of the tip in O that the platform alone causes, shape (6,).
+    """
+
+    p: Array
+    R: Array
+    J: Array
+    drift: Array
+
+
+class ArmModel:
+    """Nominal kinematics and dynamics of arm on platform.
+
+    Args:
+        name: of the robot's folder in deploy/robots.
+    """
+
+    def __init__(self, name: str) -> None:
+        self.robot: Robot
+        self.robot, self._skeleton = load_skeleton(name)
+        self._pen = self._skeleton.getBodyNode("pen")
+        self._wrist = self._skeleton.getBodyNode("link6")
+        self._tip = np.array([0.0, 0.0, self.robot.pen.tip_radius])
+        self._positions = np.zeros(DOFS)
+        self._velocities = np.zeros(DOFS)
+        self._inertia = np.zeros(6)
+        lower = self._skeleton.getPositionLowerLimits()[ARM]
+        upper = self._skeleton.getPositionUpperLimits()[ARM]
+        self.q_lower: Array = np.array(lower)
+        self.q_upper: Array = np.array(upper)
+        self._shoulder = np.array([0.0, 0.0, self.robot.platform.height + SHOULDER_HEIGHT])
+
+    def place(self, base: Base, q: Array, qd: Array) -> Kinematics:
+        """Set the model's state and return the kinematics of the pen tip there.
+
+        Args:
+            base: motion of the platform.
+            q: joint positions, shape (6,) [rad].
+            qd: joint velocities, shape (6,) [rad/s].
+        """
+        self._positions[PLATFORM] = base.pose
+        self._positions[ARM] = q
+        self._velocities[PLATFORM] = base.velocity
+        self._velocities[ARM] = qd
+        self._skeleton.setPositions(self._positions)
+        self._skeleton.setVelocities(self._velocities)
+        pose = self._pen.getWorldTransform().matrix()
+        jacobian = self._skeleton.getWorldJacobian(self._pen, self._tip)  # angular rows first
+        J = np.empty((6, 9))
+        J[:3] = jacobian[3:, :9]
+        J[3:] = jacobian[:3, :9]
+        R = pose[:3, :3]
+        return Kinematics(
+            p=pose[:3, 3] + R @ self._tip, R=R, J=J[:, ARM], drift=J[:, PLATFORM] @ base.velocity
+        )
+
+    def torque(self, qdd: Array, base_acceleration: Array) -> Array:
+        """Torque that gives joint accelerations ``qdd`` at the state last placed, shape (6,).
+
+        Gravity, Coriolis, rotor inertia and the platform's acceleration included; friction not.
+        """
+        mass = self._skeleton.getMassMatrix()
+        self._inertia = mass.diagonal()[ARM]
+        bias = self._skeleton.getCoriolisAndGravityForces()
+        return mass[ARM, ARM] @ qdd + mass[ARM, PLATFORM] @ base_acceleration + bias[ARM]
+
+    def inertia_diagonal(self) -> Array:
+        """Inertia each joint sees at the state of the last ``torque``, shape (6,) [kg m^2]."""
+        return self._inertia
+
+    def stretch(self) -> float:
+        """Distance from shoulder to wrist at the state last placed [m]."""
+        wrist = np.asarray(self._wrist.getWorldTransform().translation()).reshape(3)
+        shoulder = self._shoulder.copy()
+        shoulder[:2] += self._positions[:2]
+        return float(np.linalg.norm(wrist - shoulder))
+
+    def joint_margin(self, q: Array) -> float:
+        """Smallest distance of ``q`` to a joint limit [rad]; negative beyond it."""
+        return float(min((q - self.q_lower).min(), (self.q_upper - q).min()))

@@ -1,0 +1,119 @@
+"""What a running node is: it sees a context, sets objectives, and raises events."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arm.control import Composable
+from arm.hds import Event, Parameter
+from arm.model import Base, Kinematics
+
+Array = NDArray[np.float64]
+
+TOOL_ON_BOARD: Array = np.array([[0.0, -1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
+"""R_ST of a pen square on the board: z_T points into it, x_T down."""
+
+
+@dataclass
+class Context:
+    """All a node may know at one tick.
+
+    Attributes:
+        dt: time since the last tick [s].
+        kinematics: of the tip at the joint reference.
+        base: motion of the platform.
+        R_OS: orientation of the board.
+        p_OS: position of the board [m].
+        force: pressing force on the board along its normal, not filtered [N].
+        reach_margin: distance left before the arm is stretched out [m].
+        desired: tip position last asked for, p_ST_S [m].
+        velocity: and its velocity, shape (3,) [m/s].
+    """
+
+    dt: float
+    kinematics: Kinematics
+    base: Base
+    R_OS: Array
+    p_OS: Array
+    force: float
+    reach_margin: float
+    desired: Array
+    velocity: Array
+
+    @property
+    def tip(self) -> Array:
+        """Tip position of the reference, p_ST_S [m]."""
+        return self.R_OS.T @ (self.kinematics.p - self.p_OS)
+
+    def in_platform(self, p_O: Array) -> Array:
+        """A point given in O, in B: [m]."""
+        c, s = np.cos(self.base.pose[2]), np.sin(self.base.pose[2])
+        x, y = p_O[0] - self.base.pose[0], p_O[1] - self.base.pose[1]
+        return np.array([c * x + s * y, c * y - s * x, p_O[2]])
+
+
+@dataclass
+class Step:
+    """What a node answers at a tick.
+
+    Attributes:
+        objective: what the joints are to do; None holds them still.
+        desired: tip position asked for, p_ST_S [m].
+        velocity: and its velocity, shape (3,) [m/s].
+        event: raised at this tick, or None.
+        force: pressing force asked for [N], 0 for none.
+        filtered: pressing force as the node's filter sees it [N].
+        drawing: the pen is moving along a stroke.
+    """
+
+    objective: Composable | None
+    desired: Array
+    velocity: Array
+    event: str | None = None
+    force: float = 0.0
+    filtered: float = 0.0
+    drawing: bool = False
+
+
+class Control(Protocol):
+    """The continuous part of a node.
+
+    Attributes:
+        pressing: the pen is meant to be on the board.
+    """
+
+    pressing: bool
+
+    def enter(self, context: Context) -> None:
+        """Start here; called once before the first update."""
+        ...
+
+    def update(self, context: Context) -> Step:
+        """Advance one tick."""
+        ...
+
+    def resume(self, context: Context) -> None:
+        """Go on from rest after an interruption; called with the tip back where it was."""
+        ...
+
+
+TIMEOUT = Parameter("Timeout", unit="s", lo=0.01, hi=3600, default=float("inf"),
+                    doc="Raise Timeout after this time in the node.")
+TIMEOUT_EVENT = Event("Timeout", "The node took longer than its Timeout.", needs="Timeout")
+
+
+class Clock:
+    """Counts time in a node and says when it has run out."""
+
+    def __init__(self, limit: float) -> None:
+        self.limit = limit
+        self.elapsed = 0.0
+
+    def step(self, dt: float) -> bool:
+        """Count ``dt`` [s]; True once the limit has passed."""
+        self.elapsed += dt
+        return self.elapsed >= self.limit

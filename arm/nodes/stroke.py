@@ -1,0 +1,133 @@
+"""What every stroke shares: a path in the board's plane, drawn under pressure control."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arm.control import Force, LowPass, Orientation, Position
+from arm.hds import Event, Parameter, ParameterValue
+from arm.nodes.filters import FILTER, filter_cutoff
+from arm.nodes.node import TIMEOUT, TIMEOUT_EVENT, TOOL_ON_BOARD, Clock, Context, Step
+from arm.nodes.profile import Profile
+
+Array = NDArray[np.float64]
+
+SETTLED = 0.15
+"""The pen starts to move when the force has been this near to the set one [N] ..."""
+SETTLE_TICKS = 30
+"""... for this many ticks,"""
+SETTLE_TIME = 0.5
+"""or when this time has passed [s]."""
+ACCELERATION = 0.1
+"""Peak acceleration along a stroke [m/s^2]: low, so that friction reverses gently."""
+
+
+class Stroke:
+    """Position along the board subject to force into it; orientation subject to both.
+
+    The pressure settles first, then the pen moves.
+
+    A subclass says where the path goes.
+
+    Args:
+        values: ``Speed``, ``Force``, ``FGain``, ``Filter`` and ``Timeout`` of the node.
+    """
+
+    pressing = True
+
+    def __init__(self, values: Mapping[str, ParameterValue]) -> None:
+        self._speed = float(values["Speed"])
+        self._press = float(values["Force"])
+        self._gain = float(values["FGain"])
+        self._filter = LowPass(filter_cutoff(int(values["Filter"])))
+        self._clock = Clock(float(values["Timeout"]))
+        self._drawn = 0.0
+
+    def length(self) -> float:
+        """Of the path [m]."""
+        raise NotImplementedError
+
+    def point(self, s: float) -> tuple[Array, Array]:
+        """At arc length ``s`` [m]: offset from the start in S and unit tangent, shapes (2,)."""
+        raise NotImplementedError
+
+    def enter(self, context: Context) -> None:
+        """Start the path where the tip was asked to be."""
+        self._start = context.desired[:2].copy()
+        self._begin(context, 0.0)
+
+    def resume(self, context: Context) -> None:
+        """Draw what is left of the path."""
+        self._begin(context, self._drawn)
+
+    def _begin(self, context: Context, drawn: float) -> None:
+        self._done = drawn
+        self._profile = Profile(self.length() - drawn, self._speed, ACCELERATION)
+        normal = -context.R_OS[:, 2]
+        self._force = Force(normal, self._gain)
+        self._force.begin(context.force, -context.velocity[2])
+        self._steady = 0
+        self._wait = Clock(SETTLE_TIME)
+        self._moving = False
+        self._position = Position(context.R_OS[:, :2].T)
+        orientation = Orientation(context.R_OS @ TOOL_ON_BOARD)
+        self._objective = orientation.subject_to(self._position).subject_to(self._force)
+
+    def update(self, context: Context) -> Step:
+        """Finished at the end of the path."""
+        force = self._filter.step(context.force, context.dt)
+        self._force.press(self._press, force)
+        if not self._moving:
+            near = abs(force - self._press) < SETTLED
+            self._steady = self._steady + 1 if near else 0
+            self._moving = self._wait.step(context.dt) or self._steady >= SETTLE_TICKS
+        s, speed = self._profile.step(context.dt if self._moving else 0.0)
+        self._drawn = self._done + s
+        offset, tangent = self.point(self._drawn)
+        desired = np.array([*(self._start + offset), context.tip[2]])
+        velocity = np.array([*(speed * tangent), 0.0])
+        self._position.track(context.p_OS + context.R_OS @ desired, context.R_OS @ velocity)
+        event = None
+        if self._profile.done:
+            event = "Finished"
+        elif self._clock.step(context.dt):
+            event = "Timeout"
+        return Step(
+            self._objective,
+            desired,
+            velocity,
+            event,
+            force=self._press,
+            filtered=force,
+            drawing=self._moving,
+        )
+
+
+PARAMETERS = (
+    Parameter("Speed", unit="mm/s", lo=0.001, hi=0.3, default=0.04, doc="Along the stroke."),
+    Parameter("Force", unit="cN", lo=0.2, hi=20.0, default=1.5, doc="Of the pen on the board."),
+    Parameter(
+        "FGain",
+        unit="m/N/ms",
+        lo=0.001,
+        hi=0.08,
+        default=0.02,
+        doc="Speed along the normal per force error.",
+    ),
+    FILTER,
+    TIMEOUT,
+)
+
+EVENTS = (
+    Event("Finished", "The stroke is drawn."),
+    TIMEOUT_EVENT,
+)
+
+
+def direction(angle: float) -> Array:
+    """Unit vector in the board's plane at ``angle`` [rad] from right, counter-clockwise."""
+    return np.array([math.cos(angle), math.sin(angle)])

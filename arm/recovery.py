@@ -1,0 +1,104 @@
+"""Motions that belong to no program: let go of the board, and come back to it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from arm.control import LowPass, Orientation, Position
+from arm.nodes.node import TOOL_ON_BOARD, Array, Context, Step
+from arm.nodes.profile import Profile
+
+AWAY = 0.06
+"""How far the tool moves back from what it touched [m]."""
+AWAY_SPEED = 0.25
+"""[m/s]; faster than the platform can roll towards the board while it stops."""
+RETURN_SPEED = 0.08
+"""[m/s]"""
+CLEARANCE = 0.02
+"""Distance from the board at which a return waits before it touches [m]."""
+TOUCH = 1.0
+"""Filtered force that means the pen is back on the board [N]."""
+TOUCH_SPEED = 0.02
+"""[m/s]"""
+REACHED = 1e-3
+"""A way is over when the tip is this near [m]."""
+
+
+class Retreat:
+    """Moves the tool back along its own axis, then holds the joints still.
+
+    It trusts no platform estimate: what is left of the platform's velocity is taken out by the
+    caller's compensation, which fades.
+    """
+
+    pressing = False
+
+    def __init__(self, distance: float) -> None:
+        self._distance = distance
+
+    def enter(self, context: Context) -> None:
+        """Start at once: there is no time for a gentle ramp."""
+        self._gone = 0.0
+        self._speed = AWAY_SPEED if self._distance > 0 else 0.0
+        self._position = Position(np.eye(3), gain=0.0)
+        self._orientation = Orientation(context.kinematics.R, gain=0.0)
+
+    def update(self, context: Context) -> Step:
+        """The objective is None once the tool is away."""
+        if self._gone >= self._distance:
+            return Step(None, context.tip, np.zeros(3))
+        left = self._distance - self._gone
+        speed = min(self._speed, 0.02 + 8.0 * left)
+        self._gone += speed * context.dt
+        self._position.track(np.zeros(3), -speed * context.kinematics.R[:, 2])
+        return Step(self._orientation.subject_to(self._position), context.tip, np.zeros(3))
+
+
+class Return:
+    """Brings the tip back to where a program was interrupted.
+
+    Args:
+        desired: tip position asked for when it was interrupted, p_ST_S [m].
+        pressing: the pen was on the board, so touch it again.
+    """
+
+    pressing = False
+
+    def __init__(self, desired: Array, pressing: bool) -> None:
+        self._goal = desired.copy()
+        self._pressing = pressing
+
+    def enter(self, context: Context) -> None:
+        """Plan a straight way, ending clear of the board if the pen is to touch it after."""
+        self._start = context.tip
+        end = self._goal.copy()
+        if self._pressing:
+            end[2] = CLEARANCE
+        way = end - self._start
+        length = float(np.linalg.norm(way))
+        self._end = end
+        self._direction = way / length if length > 0 else np.zeros(3)
+        self._profile = Profile(length, RETURN_SPEED, 0.3)
+        self._position = Position(np.eye(3))
+        self._orientation = Orientation(context.R_OS @ TOOL_ON_BOARD)
+        self._filter = LowPass(20.0)
+
+    def update(self, context: Context) -> Step:
+        """``Finished`` when the tip is back, and the pen on the board if it was."""
+        force = self._filter.step(context.force, context.dt)
+        event = None
+        if not self._profile.done:
+            s, v = self._profile.step(context.dt)
+            desired, velocity = self._start + s * self._direction, v * self._direction
+        elif not self._pressing:
+            desired, velocity = self._goal, np.zeros(3)
+            if np.linalg.norm(context.tip - self._goal) < REACHED:
+                event = "Finished"
+        else:
+            velocity = np.array([0.0, 0.0, -TOUCH_SPEED])
+            self._end = desired = self._end + velocity * context.dt
+            if force > TOUCH:
+                event = "Finished"
+        self._position.track(context.p_OS + context.R_OS @ desired, context.R_OS @ velocity)
+        objective = self._orientation.subject_to(self._position)
+        return Step(objective, desired, velocity, event, filtered=force)

@@ -1,0 +1,60 @@
+"""The joint reference: integrates wanted rates, and never jumps when what is wanted does."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+FADE = 0.06
+"""Shortest time over which a change of mode fades in [s]."""
+ACCELERATION = 1.5
+"""Peak joint acceleration of that fade; larger changes take longer [rad/s^2]."""
+
+
+class JointReference:
+    """Positions and rates the torque law follows.
+
+    Args:
+        velocity_limit: shape (6,) [rad/s].
+    """
+
+    def __init__(self, velocity_limit: Array) -> None:
+        self._limit = velocity_limit
+        self.reset(np.zeros(6))
+
+    def reset(self, q: Array) -> None:
+        """Stand still at ``q``, shape (6,) [rad]."""
+        self.q = q.copy()
+        self.qd = np.zeros(6)
+        self._switch = False
+        self._offset = np.zeros(6)
+        self._fade = 1.0
+        self._fade_time = FADE
+        self.clamped = False
+
+    def switch(self) -> None:
+        """Say that the next rates come from another mode: they fade in from the present ones."""
+        self._switch = True
+
+    def advance(self, dt: float) -> None:
+        """Move the positions to the present instant with the rates of the last one."""
+        self.q = self.q + self.qd * dt
+
+    def follow(self, wanted: Array, dt: float) -> None:
+        """Take new rates, shape (6,) [rad/s], within the velocity limits."""
+        if self._switch:
+            self._switch = False
+            self._offset = self.qd - wanted
+            change = float(np.abs(self._offset).max())
+            # a smoothstep fade peaks at 1.5 times its mean rate
+            self._fade_time = max(FADE, 1.5 * change / ACCELERATION)
+            self._fade = 0.0
+        if self._fade < 1.0:
+            self._fade = min(self._fade + dt / self._fade_time, 1.0)
+            x = self._fade
+            wanted = wanted + self._offset * (1.0 - x * x * (3.0 - 2.0 * x))
+        excess = float((np.abs(wanted) / self._limit).max())
+        self.clamped = excess > 1.0
+        self.qd = wanted / excess if self.clamped else wanted

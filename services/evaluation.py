@@ -1,0 +1,225 @@
+"""Figures of a drawing run: what was drawn against what was intended, from a run's messages."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from services.runlog import RunLog
+from services.topics import ARM_COMMAND, ARM_STATUS, ESTIMATE, TRUTH
+
+Array = NDArray[np.float64]
+
+FORCE_WINDOW = 20
+"""Force is judged on its mean over this many ticks of 1 ms."""
+CLOSED = 1e-3
+"""A stroke whose ends are this near to each other is a closed curve [m]."""
+
+
+@dataclass(frozen=True)
+class Stroke:
+    """One stroke, sampled every 1 ms.
+
+    Attributes:
+        t: shape (n,) [s].
+        drawn: pen tip in the board's plane, shape (n, 2) [m].
+        force: of the pen on the board, shape (n,) [N].
+        intended: the point intended at that instant, shape (n, 2) [m].
+        force_reference: shape (n,) [N].
+    """
+
+    t: Array
+    drawn: Array
+    force: Array
+    intended: Array
+    force_reference: Array
+
+    @property
+    def touching(self) -> NDArray[np.bool_]:
+        """Where the pen is on the board."""
+        return self.force > 0.0
+
+    def contour_error(self) -> Array:
+        """Distance of each drawn point to the intended path [m]; drawn means touching."""
+        return distance_to_path(self.drawn[self.touching], self.intended)
+
+    def tracked_error(self) -> Array:
+        """Distance of each drawn point to the one intended at that instant [m]."""
+        difference = (self.drawn - self.intended)[self.touching]
+        return np.hypot(difference[:, 0], difference[:, 1])
+
+    @property
+    def closed(self) -> bool:
+        """Whether the intended path comes back to where it began."""
+        return bool(np.hypot(*(self.intended[-1] - self.intended[0])) < CLOSED)
+
+
+def strokes_of(log: RunLog) -> list[Stroke]:
+    """The strokes of a run, in order; an interrupted one counts where it was drawn."""
+    truth, statuses = log.series(TRUTH), log.series(ARM_STATUS)
+    if not truth:
+        return []
+    stamps = np.array([x.t for x in truth])
+    t = (stamps[:, None] + 0.001 * np.arange(-4, 1)[None, :]).ravel()
+    samples = np.concatenate([x.recent for x in truth])
+    out = []
+    for number in sorted({s.stroke for s in statuses} - {0}):
+        mine = [s for s in statuses if s.stroke == number]
+        ts = np.array([s.t for s in mine])
+        reference = np.array([s.reference[:2] for s in mine])
+        velocity = np.array([s.reference_velocity[:2] for s in mine])
+        inside = (t >= ts[0]) & (t <= ts[-1])
+        at = t[inside]
+        if not inside.any():
+            continue
+        out.append(
+            Stroke(
+                t=at,
+                drawn=samples[inside, :2],
+                force=samples[inside, 3],
+                intended=hermite(at, ts, reference, velocity),
+                force_reference=np.interp(at, ts, [s.force_reference for s in mine]),
+            )
+        )
+    return out
+
+
+def figures_of(log: RunLog) -> dict[str, float | None]:
+    """The figures of a run; None where there is nothing to judge."""
+    strokes = [s for s in strokes_of(log) if s.touching.any()]
+    out: dict[str, float | None] = dict.fromkeys(
+        (
+            "line_rms_mm",
+            "line_max_mm",
+            "tracked_rms_mm",
+            "circle_axis_ratio",
+            "contact_fraction",
+            "force_rms_error_n",
+            "torque_step_fraction",
+        )
+    )
+    if strokes:
+        contour = np.concatenate([s.contour_error() for s in strokes])
+        tracked = np.concatenate([s.tracked_error() for s in strokes])
+        touching = np.concatenate([s.touching for s in strokes])
+        force = np.concatenate([force_error(s) for s in strokes])
+        out["line_rms_mm"] = 1e3 * rms(contour)
+        out["line_max_mm"] = 1e3 * float(contour.max())
+        out["tracked_rms_mm"] = 1e3 * rms(tracked)
+        out["contact_fraction"] = float(touching.mean())
+        out["force_rms_error_n"] = rms(force)
+        ratios = [axis_ratio(s.drawn[s.touching]) for s in strokes if s.closed]
+        if ratios:
+            out["circle_axis_ratio"] = min(ratios)
+    out["torque_step_fraction"] = torque_step_fraction(log)
+    return out | estimate_figures(log)
+
+
+def force_error(stroke: Stroke) -> Array:
+    """Mean force over 20 ms less the force set for the stroke [N]."""
+    kernel = np.ones(FORCE_WINDOW) / FORCE_WINDOW
+    return np.convolve(stroke.force, kernel, mode="valid") - stroke.force_reference[-1]
+
+
+def estimate_figures(log: RunLog) -> dict[str, float | None]:
+    """Error of the estimate against truth, and its largest step beyond the true motion."""
+    truth, estimates = log.series(TRUTH), [e for e in log.series(ESTIMATE) if e.valid]
+    names = ("estimate_rms_mm", "estimate_rms_deg", "estimate_max_step_mm_per_ms")
+    if len(truth) < 2 or len(estimates) < 2:
+        return dict.fromkeys(names)
+    t = np.array([x.t for x in truth])
+    te = np.array([e.t for e in estimates])
+    pose = np.array([e.pose for e in estimates])
+    inside = (te >= t[0]) & (te <= t[-1])
+    te, pose = te[inside], pose[inside]
+    true = hermite(te, t, np.array([x.pose for x in truth]), np.array([x.velocity for x in truth]))
+    error = pose - true
+    steps = np.diff(error[:, :2], axis=0) / (1e3 * np.diff(te))[:, None]
+    return {
+        "estimate_rms_mm": 1e3 * rms(np.hypot(error[:, 0], error[:, 1])),
+        "estimate_rms_deg": float(np.degrees(rms(error[:, 2]))),
+        "estimate_max_step_mm_per_ms": 1e3 * float(np.hypot(steps[:, 0], steps[:, 1]).max()),
+    }
+
+
+def torque_step_fraction(log: RunLog) -> float | None:
+    """Largest torque step at a node change, as a multiple of the ordinary 99 % ripple.
+
+    A step is the mean of five ticks after less the mean of five before, of the joint where it is
+    largest [N m].
+    """
+    commands, statuses = log.series(ARM_COMMAND), log.series(ARM_STATUS)
+    running = [s.t for s in statuses if s.state == "running"]
+    if not running:
+        return None
+    t = np.array([c.t for c in commands])
+    tau = np.array([c.tau for c in commands])
+    sums = np.vstack([np.zeros(6), np.cumsum(tau, axis=0)])
+    means = (sums[5:] - sums[:-5]) / 5.0
+    step = np.abs(means[5:] - means[:-5]).max(axis=1)  # between t[i+4] and t[i+5]
+    at = t[5 : 5 + len(step)]
+    changes = [
+        b.t for a, b in zip(statuses, statuses[1:], strict=False) if a.transitions != b.transitions
+    ]
+    if not changes:
+        return None
+    near = np.zeros(len(at), dtype=bool)
+    for change in changes:
+        near |= np.abs(at - change) < 0.004
+    ordinary = (at >= running[0]) & (at <= running[-1]) & ~near
+    if not ordinary.any() or not near.any():
+        return None
+    return float(step[near].max() / np.percentile(step[ordinary], 99))
+
+
+def distance_to_path(points: Array, path: Array) -> Array:
+    """Distance of points (n, 2) to a polyline (m, 2) [m], shape (n,)."""
+    if len(path) < 2:
+        return np.hypot(*(points - path[0]).T)
+    path = path[:: max(1, len(path) // 2000)]
+    a, d = path[:-1], np.diff(path, axis=0)
+    square = np.maximum((d * d).sum(axis=1), 1e-18)
+    out = np.empty(len(points))
+    for i in range(0, len(points), 500):  # bounded memory
+        p = points[i : i + 500, None, :] - a[None]
+        along = np.clip((p * d).sum(axis=2) / square, 0.0, 1.0)
+        gap = p - along[:, :, None] * d
+        out[i : i + 500] = np.sqrt((gap * gap).sum(axis=2).min(axis=1))
+    return out
+
+
+def axis_ratio(points: Array) -> float:
+    """Minor over major axis of the ellipse nearest to points (n, 2) on a near-circle.
+
+    Fits r(angle) = r0 + a cos 2angle + b sin 2angle about the centre of the best circle.
+    """
+    A = np.column_stack([2 * points, np.ones(len(points))])
+    centre = np.linalg.lstsq(A, (points**2).sum(axis=1), rcond=None)[0][:2]
+    d = points - centre
+    angle = np.arctan2(d[:, 1], d[:, 0])
+    B = np.column_stack([np.ones(len(d)), np.cos(2 * angle), np.sin(2 * angle)])
+    r0, a, b = np.linalg.lstsq(B, np.hypot(d[:, 0], d[:, 1]), rcond=None)[0]
+    squeeze = np.hypot(a, b)
+    return float((r0 - squeeze) / (r0 + squeeze))
+
+
+def hermite(t: Array, ts: Array, values: Array, rates: Array) -> Array:
+    """Cubic interpolation at t (n,) of values (m, k) with rates (m, k) at ts (m,), shape (n, k)."""
+    i = np.clip(np.searchsorted(ts, t, side="right") - 1, 0, max(len(ts) - 2, 0))
+    if len(ts) < 2:
+        return np.repeat(values[:1], len(t), axis=0)
+    h = np.maximum(ts[i + 1] - ts[i], 1e-9)[:, None]
+    x = np.clip((t - ts[i])[:, None] / h, 0.0, 1.0)
+    return (
+        (1 + 2 * x) * (1 - x) ** 2 * values[i]
+        + x * (1 - x) ** 2 * h * rates[i]
+        + x * x * (3 - 2 * x) * values[i + 1]
+        + x * x * (x - 1) * h * rates[i + 1]
+    )
+
+
+def rms(x: Array) -> float:
+    """Root of the mean square."""
+    return float(np.sqrt(np.mean(np.square(x)))) if len(x) else 0.0

@@ -1,0 +1,102 @@
+"""Runs a scenario in lockstep and judges it."""
+
+from __future__ import annotations
+
+import hashlib
+import platform
+import time
+from dataclasses import dataclass
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+from services.components import build_service
+from services.evaluation import figures_of
+from services.lockstep import TICK, Lockstep
+from services.runlog import RunLog
+from services.topics import ARM_STATUS, SERVICES
+from sim.scenario import Scenario
+
+AFTER = 0.5
+"""How long a run goes on after the program has ended [s]."""
+ENDED = ("finished", "protective_stop")
+
+
+@dataclass
+class Run:
+    """A finished run: its messages and its figures."""
+
+    scenario: Scenario
+    log: RunLog
+    result: dict[str, Any]
+
+
+def run_lockstep(
+    scenario: Scenario, seed: int, observer: str = "ekf", duration: float | None = None
+) -> Run:
+    """Run a scenario until its program has ended or its time is over.
+
+    Args:
+        scenario: what happens.
+        seed: of everything random.
+        observer: kind of observer.
+        duration: instead of the scenario's [s].
+
+    Raises:
+        BadFile, ProgramError, ValueError: the scenario, its program or the observer is wrong.
+    """
+    log = RunLog()
+    services = [build_service(name, scenario, seed, observer) for name in SERVICES]
+    lockstep = Lockstep(services, listener=log)
+    limit = round((duration or scenario.duration) / TICK)
+    statuses = log.messages.setdefault(ARM_STATUS.name, [])
+    ended: int | None = None
+    seen = 0
+    started = time.perf_counter()
+    while lockstep.tick < limit and (ended is None or lockstep.tick < ended + AFTER / TICK):
+        lockstep.step()
+        if ended is None and len(statuses) > seen:
+            seen = len(statuses)
+            if statuses[-1].state in ENDED:  # type: ignore[attr-defined]
+                ended = lockstep.tick
+    wall = time.perf_counter() - started
+    simulated = lockstep.now
+    result: dict[str, Any] = {
+        "scenario": scenario.name,
+        "seed": seed,
+        "observer": observer,
+        "simulated_s": simulated,
+        "realtime_factor": simulated / wall,
+        "outcome": outcome_of(log),
+    }
+    return Run(scenario, log, result | figures_of(log))
+
+
+def outcome_of(log: RunLog) -> str:
+    """How the arm's program ended, in words."""
+    statuses = log.series(ARM_STATUS)
+    if not statuses:
+        return "the arm never spoke"
+    last = statuses[-1]
+    return last.state if not last.reason else f"{last.state}: {last.reason}"
+
+
+def versions(scenario: Scenario, seed: int, observer: str) -> dict[str, str]:
+    """What a log must say about where it came from."""
+    text = scenario.path.read_text(encoding="utf-8") if scenario.path.is_file() else ""
+    packages = ("steadyhand", "numpy", "dartpy", "filterpy", "eclipse-zenoh")
+    return {
+        "scenario": scenario.name,
+        "scenario_sha256": hashlib.sha256(text.encode()).hexdigest(),
+        "scenario_toml": text,
+        "seed": str(seed),
+        "observer": observer,
+        "python": platform.python_version(),
+    } | {name: metadata.version(name) for name in packages}
+
+
+def write(run: Run, folder: Path) -> None:
+    """Write the log of a run to ``folder`` and put its digest into the result."""
+    folder.mkdir(parents=True, exist_ok=True)
+    about = versions(run.scenario, run.result["seed"], run.result["observer"])
+    run.result["log_sha256"] = run.log.write(folder / "run.mcap", about)

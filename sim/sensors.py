@@ -1,0 +1,141 @@
+"""Sensor models: sample the truth, add bias and noise, quantise, lose some, deliver late."""
+
+from __future__ import annotations
+
+import heapq
+import math
+from collections.abc import Callable
+from typing import Generic, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from deploy.robot import Robot
+from services.messages import Imu, Message, Odometry
+from sim.effects import GRAVITY, Effects
+from sim.scenario import Sensors
+
+Array = NDArray[np.float64]
+M = TypeVar("M", bound=Message)
+
+
+
+class Channel(Generic[M]):
+    """Samples at a fixed rate and hands each sample out when its delay has passed.
+
+    Args:
+        name: ``odometry`` or ``imu``: what effects and losses are looked up by.
+        rate: [Hz].
+        delay: sample to arrival [s].
+        loss: share of samples lost at random.
+        rng: source of the losses.
+    """
+
+    def __init__(
+        self, name: str, rate: float, delay: float, loss: float, rng: np.random.Generator
+    ) -> None:
+        self._name = name
+        self._period = 1.0 / rate
+        self._delay = delay
+        self._loss = loss
+        self._rng = rng
+        self._samples = 0
+        self._waiting: list[tuple[float, int, M]] = []
+
+    def step(self, now: float, effects: Effects, sample: Callable[[], M]) -> list[M]:
+        """Sample if it is time to, and return the messages that arrive by ``now`` [s]."""
+        if now + 1e-9 >= self._samples * self._period:
+            self._samples += 1
+            message = sample()
+            lost = self._loss > 0 and self._rng.random() < self._loss
+            if not lost and self._name not in effects.dropout:
+                arrival = now + self._delay + effects.delay.get(self._name, 0.0)
+                heapq.heappush(self._waiting, (arrival, self._samples, message))
+        out = []
+        while self._waiting and self._waiting[0][0] <= now + 1e-9:
+            out.append(heapq.heappop(self._waiting)[2])
+        return out
+
+
+class OdometrySensor:
+    """Pose from the wheels: quantised, late, and blind to slip.
+
+    Args:
+        robot: description, already overlaid with the scenario's sensors.
+        sensors: noise and losses of the scenario.
+        rng: source of noise.
+    """
+
+    def __init__(self, robot: Robot, sensors: Sensors, rng: np.random.Generator) -> None:
+        self._enabled = sensors.odometry.enabled
+        self._noise = np.array(sensors.odometry.noise)
+        self._resolution = robot.odometry.resolution
+        self._rng = rng
+        self._channel: Channel[Odometry] = Channel(
+            "odometry", robot.odometry.rate, robot.odometry.delay, sensors.odometry.dropout, rng
+        )
+        self._slipped = np.zeros(2)
+
+    def step(self, now: float, dt: float, pose: Array, effects: Effects) -> list[Odometry]:
+        """Messages arriving at ``now``; ``pose`` is X_WB as (x, y, heading)."""
+        if effects.slip.any():
+            self._slipped = self._slipped + effects.slip * dt
+        if not self._enabled:
+            return []
+        return self._channel.step(now, effects, lambda: self._sample(now, pose, effects))
+
+    def _sample(self, now: float, pose: Array, effects: Effects) -> Odometry:
+        noise = self._noise * effects.noise.get("odometry", 1.0)
+        seen = pose + noise * self._rng.standard_normal(3)
+        seen[:2] -= self._slipped
+        for i, q in enumerate(self._resolution):
+            if q > 0:
+                seen[i] = round(seen[i] / q) * q
+        return Odometry(t=now, pose=seen)
+
+
+class ImuSensor:
+    """Gyro and accelerometer at a lever arm from the platform's centre, axes along B.
+
+    The accelerometer reads specific force: acceleration minus gravity, with the centripetal and
+    angular-acceleration terms of its position.
+    """
+
+    def __init__(
+        self, robot: Robot, sensors: Sensors, noise_factor: float, rng: np.random.Generator
+    ) -> None:
+        imu = robot.imu
+        self._enabled = sensors.imu.enabled
+        self._position = np.array(imu.position[:2])
+        self._gyro_noise = imu.gyro_noise * noise_factor
+        self._accel_noise = imu.accel_noise * noise_factor
+        self._gyro_bias = imu.gyro_bias * rng.standard_normal(3)
+        self._accel_bias = imu.accel_bias * rng.standard_normal(3)
+        self._rng = rng
+        self._channel: Channel[Imu] = Channel("imu", imu.rate, imu.delay, sensors.imu.dropout, rng)
+
+    def step(
+        self, now: float, pose: Array, velocity: Array, acceleration: Array, effects: Effects
+    ) -> list[Imu]:
+        """Messages arriving at ``now``; pose X_WB and its derivatives in W, each shape (3,)."""
+        if not self._enabled:
+            return []
+        return self._channel.step(
+            now, effects, lambda: self._sample(now, pose, velocity, acceleration, effects)
+        )
+
+    def _sample(
+        self, now: float, pose: Array, velocity: Array, acceleration: Array, effects: Effects
+    ) -> Imu:
+        factor = effects.noise.get("imu", 1.0)
+        c, s = math.cos(pose[2]), math.sin(pose[2])
+        w, alpha = velocity[2], acceleration[2]
+        px, py = self._position
+        ax = c * acceleration[0] + s * acceleration[1] - alpha * py - w * w * px
+        ay = -s * acceleration[0] + c * acceleration[1] + alpha * px - w * w * py
+        gyro = np.array([0.0, 0.0, w]) + self._gyro_bias + effects.gyro_bias
+        accel = np.array([ax, ay, GRAVITY + effects.vertical])
+        accel += self._accel_bias + effects.accel_bias
+        gyro += factor * self._gyro_noise * self._rng.standard_normal(3)
+        accel += factor * self._accel_noise * self._rng.standard_normal(3)
+        return Imu(t=now, gyro=gyro, accel=accel)

@@ -1,0 +1,151 @@
+"""The simulated robot: commands in; joint states, sensors and truth out. It knows no bus."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from services.messages import (
+    ArmCommand,
+    ArmState,
+    BaseCommand,
+    Message,
+    Truth,
+)
+from sim.drive import Drive
+from sim.effects import effects_at
+from sim.physics import DT, Physics
+from sim.scenario import Scenario, Timed, disturbance_from
+from sim.sensors import ImuSensor, OdometrySensor
+
+Array = NDArray[np.float64]
+
+BRAKE_AFTER = 0.02
+"""The motors brake when the newest torque command is older than this [s]."""
+BRAKE = 300.0
+"""Coulomb friction of an engaged brake [N m]."""
+TRUTH_EVERY = 5
+"""Ticks between truth messages."""
+
+
+class Simulator:
+    """A robot in its world, stepped at 1 ms.
+
+    Args:
+        scenario: world, sensors and timeline of disturbances.
+        seed: of everything random; equal seeds give bit-identical runs.
+    """
+
+    def __init__(self, scenario: Scenario, seed: int) -> None:
+        streams = [np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(5)]
+        self.physics = Physics(scenario.robot, scenario.world, streams[0])
+        robot = scenario.sensors.overlay(self.physics.robot)
+        drawn = self.physics.drawn
+        mismatch = scenario.world.mismatch
+        self._drive = Drive(
+            robot,
+            self.physics.drive_inertia(),
+            drawn.lag,
+            np.array(mismatch.roughness),
+            mismatch.roughness_correlation,
+            streams[1],
+        )
+        self._odometry = OdometrySensor(robot, scenario.sensors, streams[2])
+        self._imu = ImuSensor(robot, scenario.sensors, drawn.noise, streams[3])
+        self._load_cell_noise = drawn.noise * np.array(
+            [robot.load_cell.force_noise] * 3 + [robot.load_cell.moment_noise] * 3
+        )
+        self._rng = streams[4]
+        self._timeline: list[Timed] = list(scenario.disturbance)
+        self._resolution = robot.arm.encoder_resolution
+        self._counts = self._encoders()
+        self._tare: Array | None = None
+        self._braked = True
+        self._ticks = 0
+        self._force = 0.0
+        self._recent = np.zeros((TRUTH_EVERY, 4))
+        self._set_brakes(True)
+
+    @staticmethod
+    def make_disturbance(kind: str, options: dict[str, Any], now: float) -> Timed:
+        """A disturbance that a person asks for; it begins now unless ``t`` is given.
+
+        Raises:
+            ValueError: unknown kind or option, or a value out of range.
+        """
+        return disturbance_from(kind, options, now)
+
+    def disturb(self, disturbance: Timed, now: float) -> Timed:
+        """Add a disturbance to the timeline."""
+        self._timeline = [d for d in self._timeline if d.end > now] + [disturbance]
+        return disturbance
+
+    def step(
+        self, now: float, arm: ArmCommand | None, base: BaseCommand | None
+    ) -> list[Message]:
+        """Measure the state at ``now`` [s], then advance to ``now`` + 1 ms.
+
+        Args:
+            now: robot time [s].
+            arm: newest torque command, None before the first.
+            base: newest velocity command, None before the first.
+        """
+        effects = effects_at(now, self._timeline)
+        physics = self.physics
+        pose, velocity, acceleration = physics.pose, physics.velocity, physics.acceleration
+        out: list[Message] = [self._arm_state(now)]
+        out += self._odometry.step(now, DT, pose, effects)
+        out += self._imu.step(now, pose, velocity, acceleration, effects)
+        tip = physics.tip()
+        self._recent[self._ticks % TRUTH_EVERY] = (*tip, self._force)
+        if self._ticks % TRUTH_EVERY == TRUTH_EVERY - 1:
+            out.append(
+                Truth(
+                    t=now,
+                    pose=pose,
+                    velocity=velocity,
+                    acceleration=acceleration,
+                    q=physics.q,
+                    qd=physics.qd,
+                    tip=tip,
+                    force=self._force,
+                    contact=self._force > 0.0,
+                    recent=self._recent.copy(),
+                    disturbances=list(effects.names),
+                )
+            )
+        silent = arm is None or now - arm.t > BRAKE_AFTER
+        if silent != self._braked:
+            self._set_brakes(silent)
+        torque = np.zeros(6) if arm is None or silent else arm.tau
+        physics.step(torque, self._drive.force(now, DT, base, self._in_body(velocity)), effects)
+        self._force = physics.contact_force()
+        self._ticks += 1
+        return out
+
+    def _arm_state(self, now: float) -> ArmState:
+        counts = self._encoders()
+        qd = (counts - self._counts) * (self._resolution / DT)
+        self._counts = counts
+        wrench = self.physics.wrench()
+        if self._tare is None and self._ticks >= 1:
+            self._tare = wrench
+        wrench = wrench - self._tare if self._tare is not None else np.zeros(6)
+        wrench = wrench + self._load_cell_noise * self._rng.standard_normal(6)
+        q = counts * self._resolution
+        return ArmState(t=now, q=q, qd=qd, tau=self.physics.applied, wrench=wrench)
+
+    def _encoders(self) -> Array:
+        return np.round(self.physics.q / self._resolution)
+
+    def _in_body(self, velocity: Array) -> Array:
+        heading = self.physics.pose[2]
+        c, s = np.cos(heading), np.sin(heading)
+        vx, vy, w = velocity
+        return np.array([c * vx + s * vy, c * vy - s * vx, w])
+
+    def _set_brakes(self, on: bool) -> None:
+        self._braked = on
+        self.physics.set_friction(BRAKE + self.physics.drawn.coulomb if on else None)
