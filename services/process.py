@@ -86,6 +86,8 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _run(options: argparse.Namespace) -> None:
+    # the loop shall not wait 5 ms for the interpreter while another thread parses a request
+    sys.setswitchinterval(1e-4)
     stop = threading.Event()
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, lambda *_: _end(stop))

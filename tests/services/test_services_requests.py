@@ -1,0 +1,80 @@
+"""Requests are answered accepted or refused with the reason, and act between two steps."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+import zenoh
+from service_toys import ToySim
+
+from services.bus import open_bus
+from services.clock import EpochClock
+from services.endpoints import config, local
+from services.requests import NoAnswer, Requests, ask
+from services.runner import run_live
+
+
+@contextmanager
+def _running(run_dir: Path, looping: bool = True) -> Iterator[ToySim]:
+    toy, stop = ToySim(1), threading.Event()
+    with open_bus(local(run_dir, "sim"), "r1", "sim", toy.inputs) as bus:
+        requests = Requests(bus.session, "r1", toy, timeout=10.0 if looping else 0.3)
+        thread = threading.Thread(
+            target=run_live, args=(toy, bus, EpochClock(0.0), stop, requests), daemon=True
+        )
+        if looping:
+            thread.start()
+        try:
+            yield toy
+        finally:
+            stop.set()
+            if looping:
+                thread.join()
+            requests.close()
+
+
+def _ask(run_dir: Path, verb: str, args: dict[str, Any]) -> tuple[bool, str]:
+    with zenoh.open(config(local(run_dir))) as session:
+        reply = ask(session, "r1", "sim", verb, args, timeout=20.0)
+        return reply.accepted, reply.reason
+
+
+def test_accepted_and_refused(tmp_path: Path) -> None:
+    """A good request acts; a wrong argument and an unknown verb are refused, saying why."""
+    with _running(tmp_path) as toy:
+        before = toy.steps
+        assert _ask(tmp_path, "stir", {"value": 0.25}) == (True, "")
+        assert _ask(tmp_path, "stir", {"value": "much"}) == (False, "stir needs value=NUMBER")
+        accepted, reason = _ask(tmp_path, "fly", {})
+        assert not accepted
+        assert reason == "sim cannot 'fly'; it can: stir"
+        assert toy.steps > before
+
+
+def test_unreadable_arguments_are_refused(tmp_path: Path) -> None:
+    """Bytes that are no arguments get an answer as well."""
+    with _running(tmp_path), zenoh.open(config(local(tmp_path))) as session:
+        ask(session, "r1", "sim", "stir", {"value": 1.0}, timeout=20.0)  # they have met
+        reply = next(iter(session.get("r1/request/sim/stir", payload=b"\xc1", timeout=20.0)))
+        assert b"cannot read" in reply.ok.payload.to_bytes()  # type: ignore[union-attr]
+
+
+def test_a_loop_that_does_not_take_it_up_is_reported(tmp_path: Path) -> None:
+    """The asker learns that nothing happened, and nothing happens later."""
+    with _running(tmp_path, looping=False) as toy:
+        x = toy.x
+        accepted, reason = _ask(tmp_path, "stir", {"value": 0.25})
+        assert not accepted
+        assert "did not take it up" in reason
+        assert toy.x == x
+
+
+def test_nobody_there(tmp_path: Path) -> None:
+    """No answer is an error of its own, not a refusal."""
+    with zenoh.open(config(local(tmp_path))) as session, pytest.raises(NoAnswer):
+        ask(session, "r1", "sim", "stir", {}, timeout=0.3)
