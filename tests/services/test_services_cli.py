@@ -1,0 +1,144 @@
+"""Scripts can trust the command line: exit codes, plain JSON, errors that say what to do next."""
+
+from __future__ import annotations
+
+import json
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from service_toys import TOYS
+from typer.testing import CliRunner
+
+from services.bus import open_bus
+from services.cli import app
+from services.clock import EpochClock, HeardClock
+from services.endpoints import local
+from services.requests import Requests
+from services.runner import run_live
+from services.topics import SERVICES
+
+runner = CliRunner()
+
+PROGRAMS = Path(__file__).parents[2] / "arm" / "programs"
+
+
+@pytest.fixture(scope="module")
+def robot(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """Four toy services, live, in threads."""
+    run_dir, stop = tmp_path_factory.mktemp("r"), threading.Event()
+
+    def run(name: str) -> None:
+        toy = TOYS[name](1)
+        with open_bus(local(run_dir, name), "r1", name, toy.inputs) as bus:
+            requests = Requests(bus.session, "r1", toy, timeout=10.0)
+            clock = EpochClock(time.monotonic()) if name == "sim" else HeardClock()
+            run_live(toy, bus, clock, stop, requests)
+            requests.close()
+
+    threads = [threading.Thread(target=run, args=(name,)) for name in SERVICES]
+    for thread in threads:
+        thread.start()
+    deadline = time.monotonic() + 30
+    while len(list(run_dir.glob("*.sock"))) < len(SERVICES) and time.monotonic() < deadline:
+        time.sleep(0.02)
+    yield run_dir
+    stop.set()
+    for thread in threads:
+        thread.join(30)
+
+
+@pytest.mark.parametrize("what", ["estimate", "loops", "base"])
+def test_watch_once(robot: Path, what: str) -> None:
+    """One look, as a table and as JSON."""
+    options = ["watch", what, "--once", "--run-dir", str(robot)]
+    shown = runner.invoke(app, options)
+    assert shown.exit_code == 0, shown.output
+    data = json.loads(runner.invoke(app, [*options, "--json"]).output)
+    assert data
+    assert all("t" in message for message in data.values())
+
+
+def test_refused_is_exit_code_one_with_the_reason(robot: Path) -> None:
+    """A request that is not granted says why, on standard error or as JSON."""
+    result = runner.invoke(app, ["disturb", "push", "--force", "80", "--run-dir", str(robot)])
+    assert result.exit_code == 1
+    assert "sim cannot 'disturb'" in " ".join(result.stderr.split())
+    result = runner.invoke(app, ["program", "pause", "--json", "--run-dir", str(robot)])
+    assert result.exit_code == 1
+    answer = json.loads(result.output)
+    assert answer["answered"] is True
+    assert answer["accepted"] is False
+
+
+def test_nobody_there_says_what_to_do(tmp_path: Path) -> None:
+    """Without a robot every command that needs one says how to start it."""
+    for command in (["disturb", "push"], ["watch"], ["arm", "reset"], ["program", "stop"]):
+        result = runner.invoke(app, [*command, "--run-dir", str(tmp_path)])
+        assert result.exit_code == 1
+        assert "steadyhand up" in result.stderr
+
+
+def test_disturbance_arguments(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Options, a sensor, and key=value all become arguments of one request."""
+    sent: list[tuple[object, ...]] = []
+    monkeypatch.setattr("services.cli_requests.request", lambda *args: sent.append(args))
+    runner.invoke(app, ["disturb", "delay", "imu", "--ms", "20", "--for", "1", "t=3", "on=link2"])
+    service, verb, args, *_ = sent[0]
+    assert (service, verb) == ("sim", "disturb")
+    assert args == {
+        "kind": "delay", "sensor": "imu", "extra": 0.02, "duration": 1.0, "t": 3.0, "on": "link2",
+    }  # fmt: skip
+
+
+def test_wrong_questions_are_exit_code_two() -> None:
+    """An unknown view, scenario or option is a usage error that names what is known."""
+    for command, known in (
+        (["watch", "moon"], "estimate"),
+        (["up", "no_such_scenario"], "whiteboard"),
+        (["up", "--rt", "maybe"], "auto"),
+        (["up", "--for", "-1"], "positive"),
+    ):
+        result = runner.invoke(app, command)
+        assert result.exit_code == 2, command
+        assert known in result.stderr
+
+
+def test_program_check(tmp_path: Path) -> None:
+    """Exit code 1 if a program must not run, 0 if it may; findings as text and as JSON."""
+    bad = tmp_path / "bad.hds"
+    bad.write_text("INTERFACE = r1;\nINITIAL = Nowhere;\n")
+    result = runner.invoke(app, ["program", "check", str(bad)])
+    assert result.exit_code == 1
+    assert "bad.hds:" in result.output
+    result = runner.invoke(app, ["program", "check", str(bad), "--json"])
+    assert json.loads(result.output)["ok"] is False
+    assert runner.invoke(app, ["program", "check", str(tmp_path / "none")]).exit_code == 1
+    good = [str(path) for path in PROGRAMS.glob("whiteboard*.hds")]
+    assert runner.invoke(app, ["program", "check", *good]).exit_code == 0
+
+
+def test_doctor(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A check that breaks is a failure of its own; the exit code tells."""
+    from services import doctor
+
+    def _broken() -> doctor.Check:
+        raise RuntimeError("no such thing")
+
+    monkeypatch.setattr(doctor, "CHECKS", (doctor._python, doctor._packages, doctor._memory_lock))
+    result = runner.invoke(app, ["doctor", "--json"])
+    assert result.exit_code == 0
+    assert json.loads(result.output)["checks"][0]["name"] == "Python"
+    monkeypatch.setattr(doctor, "CHECKS", (_broken,))
+    result = runner.invoke(app, ["doctor"])
+    assert result.exit_code == 1
+    assert "no such thing" in result.output
+
+
+def test_doctor_measures_the_bus() -> None:
+    """The loop-back round trip works on the machine that runs the tests."""
+    from services import doctor
+
+    assert doctor.examine(doctor._bus).status == "ok"
