@@ -36,14 +36,14 @@ class CommandHistory:
     def at(self, t: float) -> Command:
         """The command acting at ``t``; zero before the first and after ``silence``."""
         i = bisect_right(self._times, t) - 1
-        if i < 0 or t - self._times[i] >= self.silence:
+        if i < 0 or t >= self._times[i] + self.silence:
             return STILL
         return self._values[i]
 
     def still_since(self, t: float) -> float:
         """How long at ``t`` [s] the drive has been told to stand; inf if ever."""
         i = bisect_right(self._times, t) - 1
-        if i >= 0 and t - self._times[i] < self.silence and self._values[i] != STILL:
+        if i >= 0 and t < self._times[i] + self.silence and self._values[i] != STILL:
             return 0.0
         while i >= 0:
             if self._values[i] != STILL:

@@ -36,6 +36,10 @@ class ObserverOptions:
     """The covariance is carried on to now this often when no data come [s]."""
     pause: float = 0.5
     """After a gap this long between ticks the output starts afresh [s]."""
+    lost: tuple[float, float] = (1.0, 0.5)
+    """Likewise if it is this far from the filter [m], [rad]."""
+    jump: float = 0.01
+    """If it thereby jumped by more than this, it is invalid for ``pause`` seconds [m or rad]."""
     filter: FilterOptions = field(default_factory=FilterOptions)
     output: OutputOptions = field(default_factory=OutputOptions)
     limits: Limits = field(default_factory=Limits)
@@ -97,6 +101,7 @@ class EkfObserver:
         self._covariance = unknown()
         self._sigma = (math.inf, math.inf)
         self._rejected: dict[str, int] = {}
+        self._jumped = -math.inf
         self._newest = {"odometry": -NEVER, "imu": -NEVER, "command": -NEVER}
 
     def step(
@@ -125,9 +130,8 @@ class EkfObserver:
         if not self.filter.started:
             return self._nothing(now)
         dt = 0.0 if self._now is None else now - self._now
-        if self._tip is None or dt > self.options.pause:
-            tip = self._correct(now)
-            self.output.reset(tip[:3], _velocity_in_O(tip))
+        if self._tip is None or dt > self.options.pause or self._lost():
+            self._restart(now)
         elif dt > 0.0:
             before = _velocity_in_O(self._tip)
             tip = self._advance(self._tip, self._now or 0.0, now)
@@ -143,8 +147,11 @@ class EkfObserver:
                 self._tip[:3],
                 _velocity_in_O(self._tip) if fresh else after,
             )
+            if fresh or self._P_time == now:
+                self._update_covariance()
         elif fresh:
             self._correct(max(now, self._now or now))
+            self._update_covariance()
         self._now = now if self._now is None else max(now, self._now)
         return self._report(now)
 
@@ -176,6 +183,21 @@ class EkfObserver:
             self._rejected["clock: backwards"] = self._backwards
         return fresh
 
+    def _lost(self) -> bool:
+        """Whether output and filter are too far apart to be brought together in motion."""
+        ex, ey, ew = self.output.offset
+        far = self.options.lost
+        return math.hypot(ex, ey) > far[0] or abs(ew) > far[1]
+
+    def _restart(self, now: float) -> None:
+        """Put the output onto the filter; a jump that can be seen makes it invalid for a while."""
+        first, old = self._tip is None, self.output.pose
+        tip = self._correct(now)
+        self.output.reset(tip[:3], _velocity_in_O(tip))
+        self._update_covariance()
+        if not first and math.dist(old, tip[:3]) > self.options.jump:
+            self._jumped = now
+
     def _advance(self, x: list[float], start: float, end: float) -> list[float]:
         for duration, u in self.filter.commands.segments(start, end):
             x = self.filter.motion.advance(x, u, duration)
@@ -187,7 +209,6 @@ class EkfObserver:
         x, self._P_tip = self.filter.extrapolate(belief, max(now, belief.t))
         tip: list[float] = x.tolist()
         self._tip, self._P_time = tip, now
-        self._update_covariance()
         return tip
 
     def _carry(self, now: float) -> None:
@@ -195,7 +216,6 @@ class EkfObserver:
         at = replace(self.filter.belief, t=self._P_time, x=np.array(self._tip), P=self._P_tip)
         self._P_tip = self.filter.extrapolate(at, now)[1]
         self._P_time = now
-        self._update_covariance()
 
     def _update_covariance(self) -> None:
         assert self._tip is not None
@@ -223,6 +243,7 @@ class EkfObserver:
             odometry_age,
             imu_age,
             slip=now < belief.slip_until,
+            jumped=now - self._jumped < self.options.pause,
         )
         return Estimate(
             t=now,
@@ -233,9 +254,9 @@ class EkfObserver:
             gyro_bias=tip[9],
             accel_bias=np.array(tip[10:12]),
             odometry_innovation=belief.odometry_innovation,
-            odometry_nis=belief.odometry_nis,
+            odometry_nis=min(belief.odometry_nis, NEVER),
             imu_innovation=belief.imu_innovation,
-            imu_nis=belief.imu_nis,
+            imu_nis=min(belief.imu_nis, NEVER),
             odometry_age=max(odometry_age, 0.0),
             imu_age=min(max(imu_age, 0.0), NEVER),
             command_age=min(max(command_age, 0.0), NEVER),

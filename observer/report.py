@@ -85,6 +85,7 @@ def reasons(
     odometry_age: float,
     imu_age: float,
     slip: bool,
+    jumped: bool = False,
 ) -> tuple[bool, str]:
     """Whether the estimate may be used, and what there is to say.
 
@@ -94,11 +95,14 @@ def reasons(
         odometry_age: [s].
         imu_age: [s].
         slip: whether odometry contradicts the filter.
+        jumped: whether the output was put elsewhere lately.
 
     Returns:
         (valid, text); what makes it invalid comes first. Empty text: nothing to say.
     """
     bad, note = [], []
+    if jumped:
+        bad.append("pose was reset")
     if not sigma[0] <= limits.position:
         bad.append(f"position uncertain: {sigma[0] * 1e3:.0f} mm")
     if not sigma[1] <= limits.heading:
