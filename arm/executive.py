@@ -32,6 +32,8 @@ FADE_BASE = 0.15
 """Time constant with which the platform's velocity fades once its estimate is gone [s]."""
 LONGEST_TICK = 0.02
 """After a gap in the arm's state longer than this the reference starts anew [s]."""
+MARGIN_TICKS = 5
+"""The distance to the end of the arm's reach is looked at every so many ticks."""
 STATUS_PERIOD = 0.02
 """[s]"""
 
@@ -75,7 +77,8 @@ class Executive:
         self._strokes = 0
         self._status_due = 0.0
         self._changed = False
-        self._margins = (0.0, 0.0)
+        self._ticks = 0
+        self._reach = 0.0
         self._start_node = False
         self._start_control = False
         self._resync = False
@@ -179,7 +182,10 @@ class Executive:
         reference.advance(dt)
         kinematics = self.model.place(self._base, reference.q, reference.qd)
         contact = kinematics.R @ -state.wrench[:3]  # of the tool on the world, in O
-        reach = self._limits.reach_margin()
+        self._ticks += 1
+        if self._ticks % MARGIN_TICKS == 1:
+            self._reach = self._limits.reach_margin()
+        reach = self._reach
         context = Context(
             dt=dt,
             kinematics=kinematics,
@@ -222,7 +228,6 @@ class Executive:
             self.protective_stop(violated)
             # do not go on pulling towards a reference the arm cannot reach
             self._resync = violated.startswith("tracking")
-        self._margins = (reach, self.model.joint_margin(state.q))
         return ArmCommand(t=state.t, tau=tau), self._status(state.t)
 
     def _restart(self, state: ArmState) -> None:
@@ -375,6 +380,6 @@ class Executive:
             reference_velocity=self._last.velocity,
             force=self._last.filtered,
             force_reference=self._last.force,
-            reach_margin=self._margins[0],
-            joint_margin=self._margins[1],
+            reach_margin=self._reach,
+            joint_margin=self._limits.joint_margin,
         )

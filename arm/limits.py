@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -38,6 +39,7 @@ class Limits:
         self._saturated = 0.0
         self._clamped = 0.0
         self._speed = np.zeros(6)
+        self.joint_margin = 0.0
 
     def reach_margin(self) -> float:
         """Distance left before the arm is stretched out, at the state last placed [m]."""
@@ -68,21 +70,21 @@ class Limits:
         """
         # encoder differences are noisy: judge the speed over about 10 ms
         self._speed += min(dt / 0.01, 1.0) * (qd - self._speed)
-        fast = np.abs(self._speed) > self._velocity
-        if fast.any():
-            i = int(np.argmax(fast))
+        speed = np.abs(self._speed) / self._velocity
+        i = int(speed.argmax())
+        if speed[i] > 1.0:
             return f"velocity limit of {self._names[i]}: {self._speed[i]:.2f} rad/s"
-        force = float(np.linalg.norm(wrench[:3]))
+        force = math.sqrt(float(wrench[:3] @ wrench[:3]))
         if force > self._force:
             return f"force limit at the wrist: {force:.0f} N of {self._force:.0f} N"
-        margin = self.model.joint_margin(q)
+        margin = self.joint_margin = self.model.joint_margin(q)
         if margin < JOINT_MARGIN:
             return f"joint limit: {margin:.3f} rad left of {JOINT_MARGIN} rad"
         if reach_margin < 0.0:
             return f"reach limit: {-1000 * reach_margin:.0f} mm beyond"
         error = np.abs(q_ref - q)
-        if error.max() > TRACKING:
-            i = int(np.argmax(error))
+        i = int(error.argmax())
+        if error[i] > TRACKING:
             return f"tracking limit of {self._names[i]}: {error[i]:.2f} rad behind its reference"
         self._saturated = self._saturated + dt if saturated else 0.0
         if self._saturated > PATIENCE:

@@ -41,11 +41,11 @@ class Drive:
         correlation: float,
         rng: np.random.Generator,
     ) -> None:
-        self._speed = np.array(robot.platform.speed_limit)
-        self._acceleration = np.array(robot.platform.acceleration_limit)
+        self._speed = robot.platform.speed_limit
+        self._acceleration = robot.platform.acceleration_limit
         self._inertia = inertia
         self._lag = lag
-        self._friction = np.array(WHEEL_FRICTION)
+        self._friction = WHEEL_FRICTION
         self._roughness = roughness
         self._correlation = correlation
         self._rng = rng
@@ -60,16 +60,22 @@ class Drive:
             command: newest command, None before the first.
             velocity: V_WB_B, shape (3,).
         """
-        if command is None or now - command.t > WATCHDOG:
-            wanted = np.zeros(3)
-        else:
-            wanted = np.clip(command.velocity, -self._speed, self._speed)
-        a = np.clip((wanted - velocity) / self._lag, -self._acceleration, self._acceleration)
-        # asked to move, the drive makes up for the friction of its wheels; else it lets them hold
-        direction = np.where(np.abs(velocity) > STANDSTILL, velocity, wanted) / STANDSTILL
-        makeup = self._friction * np.clip(direction, -1.0, 1.0) * (wanted != 0.0)
-        driving = bool(np.abs(velocity).max() > STANDSTILL)
-        return self._inertia * (a + driving * self._rough(dt)) + makeup
+        silent = command is None or now - command.t > WATCHDOG
+        rough = self._rough(dt)
+        force = np.empty(3)
+        driving = max(map(abs, velocity)) > STANDSTILL
+        for i in range(3):
+            wanted = 0.0 if silent or command is None else clamp(command.velocity[i], self._speed[i])
+            v = velocity[i]
+            a = clamp((wanted - v) / self._lag, self._acceleration[i])
+            if driving:
+                a += rough[i]
+            force[i] = self._inertia[i] * a
+            if wanted != 0.0:
+                # asked to move, it makes up for the friction of its wheels; else it lets them hold
+                direction = (v if abs(v) > STANDSTILL else wanted) / STANDSTILL
+                force[i] += self._friction[i] * clamp(direction, 1.0)
+        return force
 
     def _rough(self, dt: float) -> Array:
         keep = math.exp(-dt / self._correlation)
@@ -78,3 +84,8 @@ class Drive:
             spread * self._roughness * self._rng.standard_normal(3)
         )
         return self._disturbance
+
+
+def clamp(x: float, limit: float) -> float:
+    """``x`` within plus or minus ``limit``."""
+    return min(max(x, -limit), limit)

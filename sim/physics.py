@@ -156,7 +156,7 @@ class Physics:
             drive: force of the drive in B, shape (3,) [N, N, N m].
             effects: disturbances that act.
         """
-        self.applied = np.clip(torque, -self._limit, self._limit)
+        self.applied = np.minimum(np.maximum(torque, -self._limit), self._limit)
         heading = self.pose[2]
         c, s = math.cos(heading), math.sin(heading)
         forces = self._forces

@@ -49,7 +49,7 @@ class Channel(Generic[M]):
             message = sample()
             lost = self._loss > 0 and self._rng.random() < self._loss
             if not lost and self._name not in effects.dropout:
-                arrival = now + self._delay + effects.delay.get(self._name, 0.0)
+                arrival = message.t + self._delay + effects.delay.get(self._name, 0.0)
                 heapq.heappush(self._waiting, (arrival, self._samples, message))
         out = []
         while self._waiting and self._waiting[0][0] <= now + 1e-9:
@@ -97,8 +97,10 @@ class OdometrySensor:
 class ImuSensor:
     """Gyro and accelerometer at a lever arm from the platform's centre, axes along B.
 
-    The accelerometer reads specific force: acceleration minus gravity, with the centripetal and
-    angular-acceleration terms of its position.
+    Like real ones they do not sample an instant but the mean over their sampling period: a gyro
+    the angle turned, an accelerometer the velocity gained. A message is stamped with the middle
+    of that period. The accelerometer reads specific force: acceleration minus gravity, with the
+    centripetal and angular-acceleration terms of its position.
     """
 
     def __init__(
@@ -106,13 +108,17 @@ class ImuSensor:
     ) -> None:
         imu = robot.imu
         self._enabled = sensors.imu.enabled
-        self._position = np.array(imu.position[:2])
+        self._position = imu.position[:2]
         self._gyro_noise = imu.gyro_noise * noise_factor
         self._accel_noise = imu.accel_noise * noise_factor
         self._gyro_bias = imu.gyro_bias * rng.standard_normal(3)
         self._accel_bias = imu.accel_bias * rng.standard_normal(3)
         self._rng = rng
         self._channel: Channel[Imu] = Channel("imu", imu.rate, imu.delay, sensors.imu.dropout, rng)
+        self._sum = [0.0, 0.0, 0.0]
+        self._ticks = 0
+        self._heading: float | None = None
+        self._began = 0.0
 
     def step(
         self, now: float, pose: Array, velocity: Array, acceleration: Array, effects: Effects
@@ -120,22 +126,26 @@ class ImuSensor:
         """Messages arriving at ``now``; pose X_WB and its derivatives in W, each shape (3,)."""
         if not self._enabled:
             return []
-        return self._channel.step(
-            now, effects, lambda: self._sample(now, pose, velocity, acceleration, effects)
-        )
-
-    def _sample(
-        self, now: float, pose: Array, velocity: Array, acceleration: Array, effects: Effects
-    ) -> Imu:
-        factor = effects.noise.get("imu", 1.0)
         c, s = math.cos(pose[2]), math.sin(pose[2])
-        w, alpha = velocity[2], acceleration[2]
+        ax, ay, alpha = acceleration.tolist()
+        w = float(velocity[2])
         px, py = self._position
-        ax = c * acceleration[0] + s * acceleration[1] - alpha * py - w * w * px
-        ay = -s * acceleration[0] + c * acceleration[1] + alpha * px - w * w * py
-        gyro = np.array([0.0, 0.0, w]) + self._gyro_bias + effects.gyro_bias
-        accel = np.array([ax, ay, GRAVITY + effects.vertical])
-        accel += self._accel_bias + effects.accel_bias
+        self._sum[0] += c * ax + s * ay - alpha * py - w * w * px
+        self._sum[1] += -s * ax + c * ay + alpha * px - w * w * py
+        self._sum[2] += GRAVITY + effects.vertical
+        self._ticks += 1
+        return self._channel.step(now, effects, lambda: self._sample(now, pose[2], effects))
+
+    def _sample(self, now: float, heading: float, effects: Effects) -> Imu:
+        """The means since the last sample."""
+        period = now - self._began
+        turned = 0.0 if self._heading is None or period <= 0 else heading - self._heading
+        rate = turned / period if period > 0 else 0.0
+        mean = np.array(self._sum) / self._ticks
+        self._heading, self._began, self._ticks, self._sum = heading, now, 0, [0.0, 0.0, 0.0]
+        factor = effects.noise.get("imu", 1.0)
+        gyro = np.array([0.0, 0.0, rate]) + self._gyro_bias + effects.gyro_bias
+        accel = mean + self._accel_bias + effects.accel_bias
         gyro += factor * self._gyro_noise * self._rng.standard_normal(3)
         accel += factor * self._accel_noise * self._rng.standard_normal(3)
-        return Imu(t=now, gyro=gyro, accel=accel)
+        return Imu(t=max(now - 0.5 * period, 0.0), gyro=gyro, accel=accel)

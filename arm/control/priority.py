@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg.lapack import dpotrf, dpotrs
 
 from arm.control.objective import Rows
 
@@ -15,6 +18,8 @@ DAMPING = 0.05
 """Largest damping near a singularity, relative to the size of the projected Jacobian."""
 SINGULAR = 0.02
 """Relative manipulability below which damping sets in."""
+ROUNDING = 1e-12
+"""Keeps a Gram matrix of rank zero positive definite."""
 EMPTY = 1e-9
 """A projected Jacobian smaller than this, relative to its own, leaves no freedom to use."""
 
@@ -35,30 +40,40 @@ def solve(rows: Iterable[Rows], dof: int) -> Array:
     """
     qd = np.zeros(dof)
     N: Array | None = None
+    free = float(dof)
     for row in rows:
-        if row.activation <= 0.0:
+        if row.activation <= 0.0 or free < 0.5:
             continue
+        free -= row.activation * row.J.shape[0]
         JN = row.J if N is None else row.J @ N
         size = float(np.vdot(JN, JN))
         if size <= EMPTY * float(np.vdot(row.J, row.J)):
             continue
         inverse = damped_inverse(JN, size)
         qd = qd + row.activation * (inverse @ (row.rate - row.J @ qd))
+        if free < 0.5:
+            continue  # nothing is left for those below
         used = row.activation * (inverse @ JN)
-        N = np.eye(dof) - used if N is None else N - N @ used
+        N = _identity(dof) - used if N is None else N - N @ used
     return qd
+
+
+@lru_cache
+def _identity(n: int) -> Array:
+    return np.eye(n)
 
 
 def damped_inverse(J: Array, size: float) -> Array:
     """Right pseudo-inverse of J (m, n), damped where J loses rank; ``size`` is its squared norm."""
     m = J.shape[0]
-    gram = J @ J.T
     mean = size / m
-    # 1 for orthogonal rows of equal length, 0 at a singularity
-    manipulability = max(float(np.linalg.det(gram / mean)), 0.0)
-    damping = mean * 1e-12
+    gram = J @ J.T / mean
+    factor, failed = dpotrf(gram, lower=1)
+    # determinant: 1 for orthogonal rows of equal length, 0 at a singularity
+    manipulability = 0.0 if failed else math.prod(factor.diagonal().tolist()) ** 2
     if manipulability < SINGULAR**2:
-        short = 1.0 - manipulability / SINGULAR**2
-        damping += mean * (DAMPING * short) ** 2
-    gram.flat[:: m + 1] += damping
-    return np.linalg.solve(gram, J).T
+        damping = DAMPING * (1.0 - manipulability / SINGULAR**2)
+        gram.flat[:: m + 1] += damping**2 + ROUNDING
+        factor, _ = dpotrf(gram, lower=1)
+    solution: Array = dpotrs(factor, J, lower=1)[0]
+    return solution.T / mean

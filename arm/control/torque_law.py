@@ -101,7 +101,7 @@ class TorqueLaw:
         tau = self._model.torque(self._qdd_ref + feedback, base.acceleration)
         direction = np.tanh(qd_ref / g.friction_width)
         tau += self.coulomb * direction + self._viscous * qd_ref + kinematics.J[:3].T @ contact
-        limited = np.clip(tau, -self.limit, self.limit)
+        limited = np.minimum(np.maximum(tau, -self.limit), self.limit)
         self.saturated = bool((limited != tau).any())
         if not self.saturated:  # no wind-up against a limit
             self._integral += error * dt
@@ -114,7 +114,7 @@ class TorqueLaw:
         moving = np.abs(direction) > 0.9
         self.coulomb += np.where(moving, self.gains.friction_rate * dt * needed * direction, 0.0)
         nominal = self._coulomb_nominal
-        self.coulomb = np.clip(self.coulomb, 0.5 * nominal, 1.5 * nominal)
+        self.coulomb = np.minimum(np.maximum(self.coulomb, 0.5 * nominal), 1.5 * nominal)
 
 
 def blend(cutoff: float, dt: float) -> float:

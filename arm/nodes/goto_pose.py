@@ -14,7 +14,9 @@ from arm.nodes.profile import Profile
 ACCELERATION = 0.3
 """Peak acceleration along the way [m/s^2]."""
 SETTLED = 1e-3
-"""Finished when the reference is this near to the target [m]."""
+"""Finished when the reference is this near to the target [m] ..."""
+SETTLE_TIME = 1.0
+"""... or this long after it should be: a poor estimate may never let it come near [s]."""
 
 
 class GotoPose:
@@ -39,6 +41,7 @@ class GotoPose:
         way = self._goal - self._start
         length = float(np.linalg.norm(way))
         self._direction = way / length if length > 0 else np.zeros(3)
+        self._after = 0.0
         self._profile = Profile(length, self._speed, ACCELERATION)
         self._position = Position(np.eye(3))
         self._orientation = Orientation(context.R_OS @ TOOL_ON_BOARD)
@@ -54,9 +57,12 @@ class GotoPose:
             context.p_OS + context.R_OS @ desired, context.R_OS @ velocity
         )
         event = None
-        if self._profile.done and np.linalg.norm(context.tip - self._goal) < SETTLED:
-            event = "Finished"
-        elif self._clock.step(context.dt):
+        if self._profile.done:
+            self._after += context.dt
+            near = float(np.linalg.norm(context.tip - self._goal)) < SETTLED
+            if near or self._after > SETTLE_TIME:
+                event = "Finished"
+        if self._clock.step(context.dt) and event is None:
             event = "Timeout"
         return Step(
             self._orientation.subject_to(self._position), desired, velocity, event
