@@ -14,10 +14,13 @@ Array = NDArray[np.float64]
 
 WATCHDOG = 0.15
 """A command older than this [s] is taken for silence, and the drive brings the platform to rest."""
-WHEEL_FRICTION = (60.0, 60.0, 20.0)
-"""Coulomb friction of wheels and gears along x, y [N] and about the vertical [N m]."""
+HOLDING = (60.0, 60.0, 20.0)
+"""What the wheels of a standing platform hold along x, y [N] and about the vertical [N m]."""
 STANDSTILL = 1e-3
 """Speed below which the drive takes the platform for standing [m/s, rad/s]."""
+
+
+ZERO = [0.0, 0.0, 0.0]
 
 
 class Drive:
@@ -30,6 +33,9 @@ class Drive:
         roughness: rms of the disturbance while driving, in B [m/s^2, m/s^2, rad/s^2].
         correlation: its correlation time [s].
         rng: source of the roughness.
+
+    Attributes:
+        standing: at rest and asked to stay: the wheels hold against up to ``HOLDING``.
     """
 
     def __init__(
@@ -45,7 +51,7 @@ class Drive:
         self._acceleration = robot.platform.acceleration_limit
         self._inertia = inertia
         self._lag = lag
-        self._friction = WHEEL_FRICTION
+        self.standing = True
         self._roughness = roughness
         self._correlation = correlation
         self._rng = rng
@@ -61,20 +67,16 @@ class Drive:
             velocity: V_WB_B, shape (3,).
         """
         silent = command is None or now - command.t > WATCHDOG
+        wanted = ZERO if silent or command is None else command.velocity.tolist()
         rough = self._rough(dt)
+        fastest = max(map(abs, velocity))
+        self.standing = fastest < STANDSTILL and not any(wanted)
+        driving = fastest > STANDSTILL
         force = np.empty(3)
-        driving = max(map(abs, velocity)) > STANDSTILL
         for i in range(3):
-            wanted = 0.0 if silent or command is None else clamp(command.velocity[i], self._speed[i])
-            v = velocity[i]
-            a = clamp((wanted - v) / self._lag, self._acceleration[i])
-            if driving:
-                a += rough[i]
-            force[i] = self._inertia[i] * a
-            if wanted != 0.0:
-                # asked to move, it makes up for the friction of its wheels; else it lets them hold
-                direction = (v if abs(v) > STANDSTILL else wanted) / STANDSTILL
-                force[i] += self._friction[i] * clamp(direction, 1.0)
+            error = clamp(wanted[i], self._speed[i]) - velocity[i]
+            a = clamp(error / self._lag, self._acceleration[i])
+            force[i] = self._inertia[i] * (a + rough[i] if driving else a)
         return force
 
     def _rough(self, dt: float) -> Array:

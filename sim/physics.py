@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from deploy.robot import Robot
 from deploy.skeleton import ARM, PLATFORM, load_skeleton
-from sim.drive import WHEEL_FRICTION
 from sim.effects import GRAVITY, Effects
 from sim.mismatch import Drawn, apply_mismatch
 from sim.scenario import World
@@ -56,10 +55,6 @@ class Physics:
         self._pen_nodes = [n for n in self._pen.getShapeNodes() if n.hasCollisionAspect()]
         for node in self._pen_nodes:
             node.getDynamicsAspect().setFrictionCoeff(world.friction_pen)
-        for joint, friction in zip(
-            ("platform_x", "platform_y", "platform_heading"), WHEEL_FRICTION, strict=True
-        ):
-            self._skeleton.getJoint(joint).setCoulombFriction(0, friction)
         for joint in self.robot.arm.joints:
             self._skeleton.getJoint(joint).setLimitEnforcement(True)
         self._skeleton.getJoint("pen_spring").setLimitEnforcement(True)
@@ -145,6 +140,13 @@ class Physics:
         values = self.drawn.coulomb if coulomb is None else coulomb
         for joint, value in zip(self.robot.arm.joints, values, strict=True):
             self._skeleton.getJoint(joint).setCoulombFriction(0, float(value))
+
+    def set_wheel_friction(self, holding: tuple[float, float, float]) -> None:
+        """Set the friction of the platform's wheels along x, y [N] and about the vertical [N m]."""
+        for joint, value in zip(
+            ("platform_x", "platform_y", "platform_heading"), holding, strict=True
+        ):
+            self._skeleton.getJoint(joint).setCoulombFriction(0, value)
 
     # --- step -------------------------------------------------------------------------------
 

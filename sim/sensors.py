@@ -19,7 +19,6 @@ Array = NDArray[np.float64]
 M = TypeVar("M", bound=Message)
 
 
-
 class Channel(Generic[M]):
     """Samples at a fixed rate and hands each sample out when its delay has passed.
 

@@ -14,7 +14,7 @@ from services.messages import (
     Message,
     Truth,
 )
-from sim.drive import Drive
+from sim.drive import HOLDING, Drive
 from sim.effects import effects_at
 from sim.physics import DT, Physics
 from sim.scenario import Scenario, Timed, disturbance_from
@@ -26,6 +26,8 @@ BRAKE_AFTER = 0.02
 """The motors brake when the newest torque command is older than this [s]."""
 BRAKE = 300.0
 """Coulomb friction of an engaged brake [N m]."""
+ROLLING = (0.0, 0.0, 0.0)
+"""Friction the drive of a moving platform does not make up for [N, N, N m]."""
 TRUTH_EVERY = 5
 """Ticks between truth messages."""
 
@@ -63,6 +65,7 @@ class Simulator:
         self._counts = self._encoders()
         self._tare: Array | None = None
         self._braked = True
+        self._standing = False
         self._ticks = 0
         self._force = 0.0
         self._recent = np.zeros((TRUTH_EVERY, 4))
@@ -82,9 +85,7 @@ class Simulator:
         self._timeline = [d for d in self._timeline if d.end > now] + [disturbance]
         return disturbance
 
-    def step(
-        self, now: float, arm: ArmCommand | None, base: BaseCommand | None
-    ) -> list[Message]:
+    def step(self, now: float, arm: ArmCommand | None, base: BaseCommand | None) -> list[Message]:
         """Measure the state at ``now`` [s], then advance to ``now`` + 1 ms.
 
         Args:
@@ -120,7 +121,11 @@ class Simulator:
         if silent != self._braked:
             self._set_brakes(silent)
         torque = np.zeros(6) if arm is None or silent else arm.tau
-        physics.step(torque, self._drive.force(now, DT, base, self._in_body(velocity)), effects)
+        drive = self._drive.force(now, DT, base, self._in_body(velocity))
+        if self._drive.standing != self._standing:
+            self._standing = self._drive.standing
+            physics.set_wheel_friction(HOLDING if self._standing else ROLLING)
+        physics.step(torque, drive, effects)
         self._force = physics.contact_force()
         self._ticks += 1
         return out

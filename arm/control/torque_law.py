@@ -95,7 +95,9 @@ class TorqueLaw:
         )
         self._qd_ref = qd_ref.copy()
         error = q_ref - q
-        self._velocity_error += blend(g.velocity_filter, dt) * ((qd_ref - qd) - self._velocity_error)
+        self._velocity_error += blend(g.velocity_filter, dt) * (
+            (qd_ref - qd) - self._velocity_error
+        )
         w = g.bandwidth
         feedback = 2.0 * w * self._velocity_error + w * w * (error + g.integral * self._integral)
         tau = self._model.torque(self._qdd_ref + feedback, base.acceleration)

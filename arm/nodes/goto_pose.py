@@ -53,9 +53,7 @@ class GotoPose:
         s, v = self._profile.step(context.dt)
         desired = self._start + s * self._direction
         velocity = v * self._direction
-        self._position.track(
-            context.p_OS + context.R_OS @ desired, context.R_OS @ velocity
-        )
+        self._position.track(context.p_OS + context.R_OS @ desired, context.R_OS @ velocity)
         event = None
         if self._profile.done:
             self._after += context.dt
@@ -64,9 +62,7 @@ class GotoPose:
                 event = "Finished"
         if self._clock.step(context.dt) and event is None:
             event = "Timeout"
-        return Step(
-            self._orientation.subject_to(self._position), desired, velocity, event
-        )
+        return Step(self._orientation.subject_to(self._position), desired, velocity, event)
 
 
 _STAY = float("inf")
@@ -74,9 +70,30 @@ _STAY = float("inf")
 TYPE = NodeType(
     "Goto_pose",
     parameters=(
-        Parameter("X", unit="mm", lo=-1.0, hi=1.0, default=_STAY, doc="Right of the board's origin; stays if not given."),
-        Parameter("Y", unit="mm", lo=-1.0, hi=1.0, default=_STAY, doc="Above the board's origin; stays if not given."),
-        Parameter("Z", unit="mm", lo=0.005, hi=0.5, default=_STAY, doc="In front of the board; stays if not given."),
+        Parameter(
+            "X",
+            unit="mm",
+            lo=-1.0,
+            hi=1.0,
+            default=_STAY,
+            doc="Right of the board's origin; stays if not given.",
+        ),
+        Parameter(
+            "Y",
+            unit="mm",
+            lo=-1.0,
+            hi=1.0,
+            default=_STAY,
+            doc="Above the board's origin; stays if not given.",
+        ),
+        Parameter(
+            "Z",
+            unit="mm",
+            lo=0.005,
+            hi=0.5,
+            default=_STAY,
+            doc="In front of the board; stays if not given.",
+        ),
         Parameter("Speed", unit="mm/s", lo=0.001, hi=0.5, default=0.1, doc="Along the way."),
         TIMEOUT,
     ),

@@ -101,8 +101,14 @@ class Control(Protocol):
         ...
 
 
-TIMEOUT = Parameter("Timeout", unit="s", lo=0.01, hi=3600, default=float("inf"),
-                    doc="Raise Timeout after this time in the node.")
+TIMEOUT = Parameter(
+    "Timeout",
+    unit="s",
+    lo=0.01,
+    hi=3600,
+    default=float("inf"),
+    doc="Raise Timeout after this time in the node.",
+)
 TIMEOUT_EVENT = Event("Timeout", "The node took longer than its Timeout.", needs="Timeout")
 
 

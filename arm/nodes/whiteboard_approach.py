@@ -47,9 +47,7 @@ class WhiteboardApproach:
         speed = self._speed * self._now**2 * (3.0 - 2.0 * self._now)
         velocity = np.array([0.0, 0.0, -speed])
         self._desired = self._desired + velocity * context.dt
-        self._position.track(
-            context.p_OS + context.R_OS @ self._desired, context.R_OS @ velocity
-        )
+        self._position.track(context.p_OS + context.R_OS @ self._desired, context.R_OS @ velocity)
         ahead = context.in_platform(context.kinematics.p)[0]
         event = None
         if self._above >= TICKS:
@@ -72,7 +70,14 @@ TYPE = NodeType(
     parameters=(
         Parameter("Force", unit="cN", lo=0.2, hi=20.0, doc="Filtered force that means contact."),
         FILTER,
-        Parameter("MaxX", unit="mm", lo=0.1, hi=2.0, default=1.0, doc="Out of reach beyond this distance ahead of the platform's centre."),
+        Parameter(
+            "MaxX",
+            unit="mm",
+            lo=0.1,
+            hi=2.0,
+            default=1.0,
+            doc="Out of reach beyond this distance ahead of the platform's centre.",
+        ),
         Parameter("Speed", unit="mm/s", lo=0.001, hi=0.1, default=0.02, doc="Towards the board."),
         TIMEOUT,
     ),

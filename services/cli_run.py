@@ -1,0 +1,76 @@
+"""``steadyhand run``: a scenario in lockstep, judged, with pictures and a log."""
+
+from __future__ import annotations
+
+import json as jsonlib
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.table import Table
+
+from services.cli_common import Json, console, fail
+
+LABELS = {
+    "line_rms_mm": "contour error, rms [mm]",
+    "line_max_mm": "contour error, largest [mm]",
+    "tracked_rms_mm": "tracked error, rms [mm]",
+    "circle_axis_ratio": "circle, ratio of axes",
+    "contact_fraction": "pen on the board while drawing",
+    "force_rms_error_n": "force error over 20 ms, rms [N]",
+    "torque_step_fraction": "torque step at node changes / ordinary 99 % ripple",
+    "estimate_rms_mm": "estimate error, rms [mm]",
+    "estimate_rms_deg": "estimate error, rms [deg]",
+    "estimate_max_step_mm_per_ms": "largest estimate step beyond true motion [mm/ms]",
+    "realtime_factor": "times real time",
+    "simulated_s": "simulated [s]",
+}
+
+
+def run(
+    scenario: Annotated[str, typer.Argument(help="Name or file of a scenario.")],
+    seed: Annotated[int, typer.Option(help="Of everything random.")] = 0,
+    observer: Annotated[str, typer.Option(help="ekf, taylor, hold, or truth.")] = "ekf",
+    duration: Annotated[
+        float | None, typer.Option("--for", help="Instead of the scenario's limit [s].")
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder for log and pictures.")] = None,
+    pictures: Annotated[bool, typer.Option(help="Draw the pictures.")] = True,
+    json: Json = False,
+) -> None:
+    """Run a scenario in lockstep; print figures, write log and pictures under runs/."""
+    from arm.hds import ProgramError
+    from deploy.tomlfile import BadFile
+    from services.run import run_lockstep, write
+    from sim.scenario import load_scenario
+
+    try:
+        loaded = load_scenario(scenario)
+        done = run_lockstep(loaded, seed, observer, duration)
+    except (BadFile, ProgramError, ValueError) as error:
+        fail(str(error), 2)
+    folder = out or Path("runs") / f"{loaded.name}-{observer}-{seed}"
+    write(done, folder)
+    (folder / "result.json").write_text(jsonlib.dumps(done.result, indent=2) + "\n")
+    if pictures:
+        from services.report import write_pictures
+
+        write_pictures(done.log, folder, f"{loaded.name}, observer {observer}, seed {seed}")
+    if json:
+        typer.echo(jsonlib.dumps(done.result))
+    else:
+        show(done.result)
+        console.print(f"log and pictures in {folder}", highlight=False)
+    if not done.result["outcome"].startswith("finished"):
+        raise typer.Exit(1)
+
+
+def show(result: dict[str, Any]) -> None:
+    """Print a result as a table."""
+    title = f"{result['scenario']}, observer {result['observer']}, seed {result['seed']}"
+    table = Table(title=title, show_header=False)
+    table.add_row("outcome", str(result["outcome"]))
+    for key, label in LABELS.items():
+        value = result.get(key)
+        table.add_row(label, "-" if value is None else f"{value:.4g}")
+    console.print(table)
