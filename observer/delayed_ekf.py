@@ -22,8 +22,6 @@ from observer.planar_ekf import PlanarEKF
 from observer.sensor_models import ImuModel, OdometryModel
 from services.messages import Array
 
-__all__ = ["DelayedEKF", "FilterOptions"]
-
 
 class DelayedEKF(PlanarEKF):
     """Filter with history.
@@ -73,8 +71,13 @@ class DelayedEKF(PlanarEKF):
         if not self._events:
             if sensor == IMU:
                 return self._refuse(name, "before_start")
-            self._events, self._keys = [Event(t, ODOMETRY, value)], [(t, ODOMETRY)]
-            self._beliefs = [self.first(t, value)]
+            self._begin(self.first(t, value))
+            return True
+        if t - self._keys[-1][0] > self.options.gap:
+            if sensor == IMU:
+                return self._refuse(name, "before_start")
+            self.settle()
+            self._begin(self.again(self.belief, t, value))
             return True
         key = (t, sensor)
         i = bisect_left(self._keys, key)
@@ -100,10 +103,16 @@ class DelayedEKF(PlanarEKF):
             return self._refuse("command", "too_old")
         if not self.commands.insert(t, (vx, vy, w)):
             return self._refuse("command", "duplicate")
+        self.commands.forget(t - self.options.gap - self.options.history - 1.0)
         i = bisect_right(self._keys, (t, -1))
         # what was measured before t does not change; the first belief is where history begins
         del self._beliefs[max(i, 1) :]
         return True
+
+    def _begin(self, belief: Belief) -> None:
+        self._events = [Event(belief.t, ODOMETRY, belief.odometry)]
+        self._keys = [(belief.t, ODOMETRY)]
+        self._beliefs = [belief]
 
     def _refuse(self, name: str, reason: str) -> bool:
         self.refused[f"{name}: {reason}"] += 1

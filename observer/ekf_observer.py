@@ -4,69 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import numpy as np
 
 from deploy.robot import Robot
 from observer.belief import IMU, ODOMETRY
-from observer.delayed_ekf import DelayedEKF, FilterOptions
-from observer.motion_model import SIZE, Floats, MotionModel
-from observer.output import OutputOptions, SmoothOutput
-from observer.report import NEVER, Limits, covariance_in_O, reasons, unknown
-from observer.sensor_models import ImuModel, OdometryModel
+from observer.motion_model import SIZE, Floats
+from observer.observer_options import ObserverOptions, make_filter
+from observer.output import SmoothOutput
+from observer.report import NEVER, covariance_in_O, reasons, unknown
 from services.messages import BaseCommand, Estimate, Imu, Odometry
-
-
-@dataclass(frozen=True)
-class ObserverOptions:
-    """What the observer assumes beyond the robot's description; reasons in docs/observer.md."""
-
-    disturbance: tuple[float, float, float] = (0.075, 0.075, 0.15)
-    """Standard deviation of the disturbance acceleration [m/s^2, m/s^2, rad/s^2]."""
-    correlation: float = 0.3
-    """Correlation time of the disturbance [s]."""
-    imu_noise_factor: float = 1.2
-    """IMU noise assumed, over the stated one: understating it ruins consistency."""
-    odometry_noise: tuple[float, float, float] = (1e-4, 1e-4, 5e-5)
-    """Standard deviation of odometry before rounding [m, m, rad]."""
-    command_latency: float = 0.0015
-    """From the stamp of a command to the drive, beside the drive's own dead time [s]."""
-    covariance_period: float = 0.010
-    """The covariance is carried on to now this often when no data come [s]."""
-    pause: float = 0.5
-    """After a gap this long between ticks the output starts afresh [s]."""
-    lost: tuple[float, float] = (1.0, 0.5)
-    """Likewise if it is this far from the filter [m], [rad]."""
-    jump: float = 0.01
-    """If it thereby jumped by more than this, it is invalid for ``pause`` seconds [m or rad]."""
-    filter: FilterOptions = field(default_factory=FilterOptions)
-    output: OutputOptions = field(default_factory=OutputOptions)
-    limits: Limits = field(default_factory=Limits)
-
-
-def make_filter(robot: Robot, options: ObserverOptions) -> DelayedEKF:
-    """A filter for a robot, from its description and what we assume beyond it."""
-    motion = MotionModel(
-        lag=robot.platform.lag,
-        acceleration_limit=robot.platform.acceleration_limit,
-        disturbance=options.disturbance,
-        correlation=options.correlation,
-    )
-    imu = ImuModel(
-        motion=motion,
-        position=robot.imu.position[:2],
-        gyro_noise=max(robot.imu.gyro_noise * options.imu_noise_factor, 1e-6),
-        accel_noise=max(robot.imu.accel_noise * options.imu_noise_factor, 1e-5),
-    )
-    return DelayedEKF(
-        motion,
-        OdometryModel(robot.odometry.resolution, options.odometry_noise),
-        imu,
-        gyro_bias=robot.imu.gyro_bias,
-        accel_bias=robot.imu.accel_bias,
-        options=options.filter,
-    )
 
 
 def _velocity_in_O(x: Floats) -> tuple[float, float, float]:
@@ -164,13 +112,13 @@ class EkfObserver:
         imu: Sequence[Imu],
         commands: Sequence[BaseCommand],
     ) -> bool:
-        """Pass messages to the filter; whether its belief changes."""
+        """Pass messages to the filter; whether anything was measured (commands act alone)."""
         if not (odometry or imu or commands):
             return False
         f, newest, fresh = self.filter, self._newest, False
         for c in commands:
             if f.command(c.t + self._delay, c.velocity):
-                newest["command"], fresh = max(newest["command"], c.t), True
+                newest["command"] = max(newest["command"], c.t)
         for o in odometry:
             if f.add(ODOMETRY, o.t, o.pose, now):
                 newest["odometry"], fresh = max(newest["odometry"], o.t), True

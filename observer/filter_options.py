@@ -15,6 +15,8 @@ class FilterOptions:
     """``interval`` (the value was rounded) or ``gaussian`` (R = q^2/12)."""
     history: float = 0.5
     """Measurements this much older than the newest can still be fused [s]."""
+    gap: float = 5.0
+    """After this long without any measurement the filter starts afresh, keeping its biases [s]."""
     future: float = 0.001
     """A stamp this far ahead of now is refused [s]."""
     odometry_gate: float = 25.0

@@ -7,7 +7,8 @@ from typing import Protocol
 
 from deploy.robot import Robot
 from observer.baselines import Hold, Taylor, TruthReference
-from observer.ekf_observer import EkfObserver, ObserverOptions
+from observer.ekf_observer import EkfObserver
+from observer.observer_options import ObserverOptions
 from services.messages import BaseCommand, Estimate, Imu, Odometry
 
 KINDS = ("ekf", "taylor", "hold", "truth")

@@ -6,7 +6,7 @@ and velocity in O. It advances with the filter's own prediction (command, distur
 freshest knowledge of acceleration), and what the filter learnt since is fed in by a critically
 damped second-order law of which both the rate and the acceleration are bounded::
 
-    c = limit(k/2 (p_filter - p), rate)              wanted velocity of correction
+    c = limit(k/4 (p_filter - p), rate)              wanted velocity of correction
     a = limit(k (v_filter + c - v), acceleration)    acceleration of correction
     v <- v + (increment of the prediction) + a dt
     p <- p + dt (v_before + v) / 2
@@ -29,7 +29,7 @@ from observer.sensor_models import wrap
 class OutputOptions:
     """Constants of the blend, found by measurement (docs/observer.md)."""
 
-    frequency: float = 40.0
+    frequency: float = 60.0
     """w of the critically damped law [rad/s]."""
     rate: tuple[float, float] = (0.012, math.radians(1.2))
     """Largest velocity of a correction: translation [m/s], heading [rad/s]."""
@@ -70,7 +70,7 @@ class SmoothOutput:
         """
         opt = self.options
         k = 2.0 * opt.frequency
-        pull = min(0.5 * k, 0.5 / dt)  # however coarse the ticks, never past the target
+        pull = min(0.25 * k, 0.5 / dt)  # however coarse the ticks, never past the target
         gain = -math.expm1(-k * dt)
         p, v = self.pose, self.velocity
         wx, wy, ww = v[0] + increment[0], v[1] + increment[1], v[2] + increment[2]

@@ -72,6 +72,14 @@ class PlanarEKF(ExtendedKalmanFilter):
         P[range(9, 12), range(9, 12)] = self.bias_variance
         return Belief(t, x, P, pose)
 
+    def again(self, before: Belief, t: float, pose: Array) -> Belief:
+        """Belief after odometry that ends a long silence: as `first`, but biases are kept."""
+        new = self.first(t, pose)
+        new.x[9:] = before.x[9:]
+        new.P[9:, 9:] = before.P[9:, 9:]
+        gated = before.odometry_gated, before.imu_gated
+        return replace(new, odometry_gated=gated[0], imu_gated=gated[1])
+
     def fuse(self, before: Belief, event: Event) -> Belief:
         """Belief after a measurement that was sampled at or after ``before.t``."""
         if event.sensor == ODOMETRY:

@@ -13,8 +13,9 @@ from functools import cache
 import numpy as np
 import pytest
 
+from observer.filter_options import FilterOptions
 from observer.metrics import jitter, largest_step, nees, rms
-from observer.observer import Observer, make_observer
+from observer.observer import Observer, ObserverOptions, make_observer
 from tests.observer.planar_world import ROBOT, Run, drive, run, simulate, still, sway
 
 PUSHES = (6.5, 9.3, 12.1)
@@ -185,8 +186,6 @@ def test_everything_silent_ends_invalid() -> None:
 @pytest.mark.parametrize("update", ["interval", "gaussian"])
 def test_both_odometry_updates_work(update: str) -> None:
     """R = q^2/12 remains an option, a little less accurate in heading than the interval."""
-    from observer.delayed_ekf import FilterOptions
-    from observer.observer import ObserverOptions
 
     def build() -> Observer:
         options = ObserverOptions(filter=FilterOptions(odometry_update=update))

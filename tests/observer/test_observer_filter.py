@@ -11,9 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from observer.belief import IMU, ODOMETRY
-from observer.delayed_ekf import DelayedEKF, FilterOptions
-from observer.ekf_observer import ObserverOptions, make_filter
+from observer.delayed_ekf import DelayedEKF
+from observer.filter_options import FilterOptions
 from observer.observer import make_observer
+from observer.observer_options import ObserverOptions, make_filter
 from services.messages import BaseCommand, Estimate, Imu, Odometry, check
 from tests.observer.planar_world import DT, ROBOT, World, simulate, still, sway
 
@@ -259,3 +260,21 @@ def test_kidnapped_robot() -> None:
     assert 2.0 < 0.01 * jump < 3.0
     assert not said[jump - 1][0] and not said[jump][0] and "reset" in said[jump][1]
     assert said[-1][0] and said[-1][2] == pytest.approx(50.0, abs=2e-3)
+
+
+def test_a_long_silence_costs_no_long_tick() -> None:
+    """After 60 s without a sensor the filter starts afresh at the next odometry, biases kept."""
+    f = fresh()
+    for _, m in simulate(sway, seed=2, duration=6.0).arrivals:
+        feed(f, m)
+        f.settle()
+    bias = f.belief.x[9:].copy()
+    for k in range(1200):
+        f.command(6.1 + 0.05 * k, (0.1, 0.0, 0.0))
+        f.settle()
+    assert len(f.commands) < 150
+    assert not f.add(IMU, 66.0, (0, 0, 0), 66.0)
+    assert f.add(ODOMETRY, 66.05, (5.0, 0.0, 0.0), 66.1)
+    f.settle()
+    assert len(f._events) == 1 and f.belief.x[0] == 5.0
+    assert np.array_equal(f.belief.x[9:], bias) and bias.any()
