@@ -16,6 +16,7 @@ import sys
 import threading
 import time
 import traceback
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -23,15 +24,17 @@ from services.bus import Bus, open_bus
 from services.clock import EpochClock, HeardClock
 from services.codec import decode, encode
 from services.endpoints import Endpoints, local, make_run_dir
+from services.lockstep import Lockstep
+from services.messages import Message
 from services.paced import run_paced
 from services.requests import Requests
 from services.runner import ROBOT, run_live
-from services.service import Inbox, Service
-from services.topics import ARM_STATE, SERVICES
+from services.service import Service
+from services.topics import ARM_STATE, SERVICES, Topic
 
 FACTORY = "services.components:build_service"
 WARM_UP_TICKS = 300
-WARM_UP_TIME = 0.5  # [s] at most
+WARM_UP_TIME = 0.3  # [s] at most
 LAST_RESORT = 1.5  # [s] after a request to end, the process is gone whatever hangs
 
 log = logging.getLogger("steadyhand")
@@ -91,11 +94,13 @@ def _run(options: argparse.Namespace) -> None:
     stop = threading.Event()
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, lambda *_: _end(stop))
-    service = _build(options)
+    service = _build(options, options.service, options.restarted)
     endpoints = local(make_run_dir(options.run_dir), options.service)
     if options.listen or options.connect:
         endpoints = Endpoints(tuple(options.listen or ()), tuple(options.connect or ()))
     paced = options.mode == "paced"
+    if not paced:
+        log.info("%s: %s", service.name, realtime.favour(options.rt))
     with open_bus(endpoints, options.robot, service.name, service.inputs, paced) as bus:
         requests = Requests(bus.session, options.robot, service)
         try:
@@ -117,7 +122,8 @@ def _live(
     stop: threading.Event,
     requests: Requests,
 ) -> None:
-    log.info("%s: warm-up of %d ticks", service.name, warm_up(_build(options)))
+    ticks = warm_up(lambda name: _build(options, name), service.name)
+    log.info("%s: warm-up of %d ticks", service.name, ticks)
     for line in realtime.set_up(options.rt, SERVICES.index(service.name)):
         log.info("%s: %s", service.name, line)
     is_robot = service.name == ROBOT
@@ -133,31 +139,37 @@ def _live(
     )
 
 
-def _build(options: argparse.Namespace) -> Service:
+def _build(options: argparse.Namespace, name: str, restarted: bool = False) -> Service:
     module, _, function = options.factory.partition(":")
     build: Any = getattr(importlib.import_module(module), function)
     service: Service = build(
-        options.service,
+        name,
         options.scenario,
         options.seed,
         options.observer,
         options.mode == "live",
-        options.restarted,
+        restarted,
     )
     return service
 
 
-def warm_up(throwaway: Service) -> int:
-    """Run the whole tick of a copy of the service that nobody hears; returns how often.
+def warm_up(build: Callable[[str], Service], name: str) -> int:
+    """Run copies of all services against each other; returns for how many ticks.
 
-    What it would publish is encoded, decoded and thrown away.
+    Nobody hears them. Alone and without inputs a controller would not run the code that counts.
+    What the service itself says is encoded and decoded as well.
     """
-    inbox, deadline, ticks = Inbox(throwaway.inputs), time.monotonic() + WARM_UP_TIME, 0
-    while ticks < WARM_UP_TICKS and time.monotonic() < deadline:
-        for topic, message in throwaway.step(ticks * throwaway.period, inbox):
-            decode(topic, encode(throwaway.name, ticks, message))
-        ticks += 1
-    return ticks
+
+    def wire(topic: Topic, message: Message) -> None:
+        if topic.owner == name or topic.name in heard:
+            decode(topic, encode(topic.owner, 0, message))
+
+    services = [build(other) for other in SERVICES]
+    heard = {t.name for service in services if service.name == name for t in service.inputs}
+    rehearsal, deadline = Lockstep(services, listener=wire), time.monotonic() + WARM_UP_TIME
+    while rehearsal.tick < WARM_UP_TICKS and time.monotonic() < deadline:
+        rehearsal.step()
+    return rehearsal.tick
 
 
 def _end(stop: threading.Event) -> None:

@@ -17,6 +17,7 @@ from typing import Literal
 Mode = Literal["auto", "on", "off"]
 
 PRIORITY = 50
+NICE = -10
 ENOUGH_CORES = 4  # below, a spinning or real-time loop would starve the processes it talks to
 SPIN = 150e-6  # [s]
 BLAS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
@@ -55,6 +56,16 @@ def wanted(mode: Mode) -> bool:
 def spin(mode: Mode, period: float) -> float:
     """How long a loop of this period may busy-wait before its deadline [s]."""
     return SPIN if wanted(mode) and period <= 0.002 else 0.0
+
+
+def favour(mode: Mode) -> str:
+    """Ask to be served before ordinary programs; called before threads start, which inherit it.
+
+    Unlike real-time priority it starves nobody, so it is tried on machines with few cores too.
+    """
+    if mode == "off":
+        return "nice value: default, as asked"
+    return _try(f"nice value {NICE}", lambda: os.setpriority(os.PRIO_PROCESS, 0, NICE))
 
 
 def set_up(mode: Mode, index: int) -> list[str]:
