@@ -94,20 +94,22 @@ def _run(options: argparse.Namespace) -> None:
     stop = threading.Event()
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, lambda *_: _end(stop))
+    live = options.mode == "live"
+    if live and options.restarted:  # the others wait for us: be as important as they are at once
+        realtime.favour(options.rt)
     service = _build(options, options.service, options.restarted)
     endpoints = local(make_run_dir(options.run_dir), options.service)
     if options.listen or options.connect:
         endpoints = Endpoints(tuple(options.listen or ()), tuple(options.connect or ()))
-    paced = options.mode == "paced"
-    if not paced:
+    if live:
         log.info("%s: %s", service.name, realtime.favour(options.rt))
-    with open_bus(endpoints, options.robot, service.name, service.inputs, paced) as bus:
+    with open_bus(endpoints, options.robot, service.name, service.inputs, not live) as bus:
         requests = Requests(bus.session, options.robot, service)
         try:
-            if paced:
-                run_paced(service, bus, stop, requests, options.ticks)
-            else:
+            if live:
                 _live(options, service, bus, stop, requests)
+            else:
+                run_paced(service, bus, stop, requests, options.ticks)
         except BaseException:
             _fail()
         _end(stop)  # closing may hang as well
@@ -122,8 +124,11 @@ def _live(
     stop: threading.Event,
     requests: Requests,
 ) -> None:
-    ticks = warm_up(lambda name: _build(options, name), service.name)
-    log.info("%s: warm-up of %d ticks", service.name, ticks)
+    if options.restarted:  # it comes up holding still: being back soon counts for more
+        log.info("%s: restarted, no warm-up", service.name)
+    else:
+        ticks = warm_up(lambda name: _build(options, name), service.name)
+        log.info("%s: warm-up of %d ticks", service.name, ticks)
     for line in realtime.set_up(options.rt, SERVICES.index(service.name)):
         log.info("%s: %s", service.name, line)
     is_robot = service.name == ROBOT
