@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from pathlib import PurePath
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +20,7 @@ from arm.hds import Automaton, Program
 from arm.limits import Limits
 from arm.model import STANDING, ArmModel, Base
 from arm.nodes import REGISTRY, Context, Control, Step
-from arm.recovery import AWAY, Retreat, Return
+from arm.recovery import AWAY, Retreat, Return, Station
 from arm.reference import JointReference
 from deploy.task import BoardPose
 from services.messages import ArmCommand, ArmState, ArmStatus, Estimate
@@ -30,8 +31,10 @@ ESTIMATE_AGE = 0.05
 """An estimate older than this is not to be trusted [s]."""
 FADE_BASE = 0.15
 """Time constant with which the platform's velocity fades once its estimate is gone [s]."""
-LONGEST_TICK = 0.02
+LONGEST_TICK = 0.05
 """After a gap in the arm's state longer than this the reference starts anew [s]."""
+LEAVING = 0.01
+"""Left of the arm's reach when an arm that only keeps its place lets go of it [m]."""
 MARGIN_TICKS = 5
 """The distance to the end of the arm's reach is looked at every so many ticks."""
 STATUS_PERIOD = 0.02
@@ -65,7 +68,7 @@ class Executive:
         self.state = "idle"
         self.reason = ""
         self._automaton: Automaton | None = None
-        self._control: Control | Retreat | Return | None = None
+        self._control: Control | Retreat | Return | Station | None = None
         self._node: Control | None = None
         self._interrupted: _Interrupted | None = None
         self._desired = np.zeros(3)
@@ -108,7 +111,9 @@ class Executive:
         """
         if self.state not in ("running", "resuming"):
             raise ValueError(f"no program is running: the arm is {self.state}")
+        touching = self._touching()
         self._interrupt("paused", "asked to pause")
+        self._control = Station(AWAY if touching else 0.0)
 
     def resume(self) -> None:
         """Go back to where the program was interrupted, and on from there.
@@ -121,7 +126,8 @@ class Executive:
         if self._lost > 0.0:
             raise ValueError(f"cannot resume yet: {self.reason}")
         if self._interrupted is None:
-            self._go("idle", "")
+            self._start_node = self._automaton is not None  # it had not begun
+            self._go("running" if self._start_node else "idle", "")
             return
         self._control = Return(self._interrupted.desired, self._interrupted.pressing)
         self._start_control = True
@@ -235,6 +241,8 @@ class Executive:
         self._resync = False
         self._reference.reset(state.q)
         self._law.reset(np.zeros(6))
+        if isinstance(self._control, Station):
+            self._retreat(0.0)
         self._last = Step(None, self._last.desired, np.zeros(3))
         if self.state in ("running", "resuming"):
             self._interrupt("safe_hold", "the arm's own state was late")
@@ -261,6 +269,8 @@ class Executive:
             self._interrupt("safe_hold", str(problem))
         elif self.state == "safe_hold":
             self.reason = str(problem)
+        elif isinstance(self._control, Station):  # nothing to keep a place by
+            self._retreat(0.0)
 
     def _run(self, context: Context) -> None:
         """Step what is in control, and follow its events."""
@@ -268,6 +278,8 @@ class Executive:
             self._start_node = False
             context.desired = context.tip
             self._next_node(context)
+        if isinstance(self._control, Station) and context.reach_margin < LEAVING:
+            self._retreat(0.0)  # the platform drives away: come along
         if self._start_control and self._control is not None:
             self._start_control = False
             self._control.enter(context)
@@ -285,7 +297,6 @@ class Executive:
     def _follow(self, event: str, context: Context) -> bool:
         """Act on an event; returns whether there is something new in control."""
         context.desired = self._desired
-        self._event = event
         if self.state == "resuming" and self._node is not None:
             self._control = self._node
             self._node.resume(context)
@@ -295,11 +306,10 @@ class Executive:
             self._go("running", "")
             return True
         if self.state == "running" and self._automaton is not None:
+            self._event = event
             self._automaton.fire(event)
             self._next_node(context)
-            if self._control is None:
-                self._last = Step(None, self._desired, np.zeros(3))
-            return self._control is not None
+            return True
         return False
 
     def _next_node(self, context: Context) -> None:
@@ -308,7 +318,9 @@ class Executive:
         self._changed = True
         self._reference.switch()
         if self._automaton.finished:
-            self._control = self._node = None
+            self._node = None
+            self._control = Station(0.0)
+            self._control.enter(context)
             self._go("finished", "")
             return
         node = self._automaton.node
@@ -323,6 +335,7 @@ class Executive:
 
     def _interrupt(self, state: str, reason: str) -> None:
         """Stop the program where it is, so that it can be resumed."""
+        self._start_node = False
         if self.state == "running" and self._node is not None:
             self._interrupted = _Interrupted(self._desired.copy(), self._node.pressing)
         self._retreat(AWAY if self._touching() else 0.0)
@@ -365,12 +378,12 @@ class Executive:
         self._status_due = now + STATUS_PERIOD
         automaton = self._automaton
         reason = self.reason
-        if self.state in ("paused", "safe_hold") and self._interrupted is not None and automaton:
+        if self.state in ("paused", "safe_hold") and automaton:
             reason = f"{reason}; interrupted in {automaton.node.name}: resume or stop the program"
         return ArmStatus(
             t=now,
             state=self.state,
-            program=automaton.program.path if automaton else "",
+            program=PurePath(automaton.program.path).name if automaton else "",
             node=automaton.node.name if automaton else "",
             event=self._event,
             transitions=automaton.transitions if automaton else 0,

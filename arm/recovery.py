@@ -12,6 +12,8 @@ AWAY = 0.06
 """How far the tool moves back from what it touched [m]."""
 AWAY_SPEED = 0.25
 """[m/s]; faster than the platform can roll towards the board while it stops."""
+STATION_SPEED = 0.1
+"""[m/s]"""
 RETURN_SPEED = 0.08
 """[m/s]"""
 CLEARANCE = 0.02
@@ -52,6 +54,34 @@ class Retreat:
         self._gone += speed * context.dt
         self._position.track(np.zeros(3), -speed * context.kinematics.R[:, 2])
         return Step(self._orientation.subject_to(self._position), context.tip, np.zeros(3))
+
+
+class Station:
+    """Keeps the tip where it is over the board, some way off it, whatever the platform does.
+
+    Args:
+        distance: how far to move away from the board first [m].
+    """
+
+    pressing = False
+
+    def __init__(self, distance: float) -> None:
+        self._distance = distance
+
+    def enter(self, context: Context) -> None:
+        """Plan the way off the board."""
+        self._start = context.tip
+        self._profile = Profile(self._distance, STATION_SPEED, 0.5)
+        self._position = Position(np.eye(3))
+        self._orientation = Orientation(context.R_OS @ TOOL_ON_BOARD)
+
+    def update(self, context: Context) -> Step:
+        """Off the board, then still."""
+        s, v = self._profile.step(context.dt)
+        desired = self._start + np.array([0.0, 0.0, s])
+        velocity = np.array([0.0, 0.0, v])
+        self._position.track(context.p_OS + context.R_OS @ desired, context.R_OS @ velocity)
+        return Step(self._orientation.subject_to(self._position), desired, velocity)
 
 
 class Return:

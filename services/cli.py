@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 from rich.markup import escape
 
-from services import cli_requests, doctor, watch
+from services import cli_requests, cli_run, doctor, watch
 from services.cli_common import Json, Robot, RunDir, console, errors, fail, show_json
 from services.cli_program import program
 
@@ -21,6 +21,7 @@ app = typer.Typer(
 )
 app.add_typer(program, name="program")
 app.add_typer(cli_requests.arm, name="arm")
+app.command()(cli_run.run)
 app.command()(cli_requests.disturb)
 app.command()(watch.watch)
 app.command(name="doctor")(doctor.doctor)

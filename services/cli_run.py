@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+from rich.markup import escape
 from rich.table import Table
 
 from services.cli_common import Json, console, fail
@@ -72,5 +73,5 @@ def show(result: dict[str, Any]) -> None:
     table.add_row("outcome", str(result["outcome"]))
     for key, label in LABELS.items():
         value = result.get(key)
-        table.add_row(label, "-" if value is None else f"{value:.4g}")
+        table.add_row(escape(label), "-" if value is None else f"{value:.4g}")
     console.print(table)

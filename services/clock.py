@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 from typing import Protocol
 
-WINDOW = 1.0  # [s]
+WINDOW = 0.5  # [s]
 
 
 class RobotClock(Protocol):
@@ -18,6 +18,10 @@ class RobotClock(Protocol):
 
     def hear(self, t: float, at: float) -> None:
         """Take note that robot time ``t`` had passed at local monotonic time ``at`` [s]."""
+        ...
+
+    def slip(self, seconds: float) -> None:
+        """Robot time stood still for so long, because the robot's process could not follow."""
         ...
 
 
@@ -37,6 +41,10 @@ class EpochClock:
 
     def hear(self, t: float, at: float) -> None:
         """Nothing: this process is the one that knows."""
+
+    def slip(self, seconds: float) -> None:
+        """Move the epoch."""
+        self._epoch += seconds
 
 
 class HeardClock:
@@ -65,3 +73,6 @@ class HeardClock:
             return None
         self._last = max(self._last, self._clock() + max(self._previous, self._current))
         return self._last
+
+    def slip(self, seconds: float) -> None:
+        """Nothing: only the robot's own process can hold its time."""

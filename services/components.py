@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from arm.executive import Executive
 from arm.hds import Program, ProgramError, load
@@ -43,8 +43,13 @@ class SimService:
     name = "sim"
     period = 0.001
     inputs: tuple[Topic, ...] = (ARM_COMMAND, BASE_COMMAND)
-    verbs = ("disturb",)
-    _topic = {m.ArmState: ARM_STATE, m.Odometry: ODOMETRY, m.Imu: IMU, m.Truth: TRUTH}
+    verbs: tuple[str, ...] = ("disturb",)
+    _topic: ClassVar[dict[type[m.Message], Topic]] = {
+        m.ArmState: ARM_STATE,
+        m.Odometry: ODOMETRY,
+        m.Imu: IMU,
+        m.Truth: TRUTH,
+    }
 
     def __init__(self, scenario: Scenario, seed: int) -> None:
         self.simulator = Simulator(scenario, seed)
@@ -115,7 +120,7 @@ class BaseService:
     name = "base"
     period = BASE_PERIOD
     inputs: tuple[Topic, ...] = (ESTIMATE, ARM_STATUS)
-    verbs = ("goal", "behaviour", "stop", "resume")
+    verbs: tuple[str, ...] = ("goal", "behaviour", "stop", "resume")
 
     def __init__(self, scenario: Scenario, restarted: bool) -> None:
         self._platform = Platform(load_robot(scenario.robot), scenario.task.base, restarted)
@@ -125,12 +130,16 @@ class BaseService:
     def step(self, now: float, inbox: Inbox) -> Outbox:
         """One decision of the arbiter."""
         arm = inbox.latest(ARM_STATUS)
-        silent = arm is not None and inbox.age(ARM_STATUS, now) > ARM_SILENT
-        if silent and not self._stopped_for_arm:
-            self._platform.stop("the arm is silent")
-        elif self._stopped_for_arm and not silent:
+        reason = ""
+        if arm is not None and inbox.age(ARM_STATUS, now) > ARM_SILENT:
+            reason = "the arm is silent"
+        elif arm is not None and arm.state in ("safe_hold", "protective_stop"):
+            reason = f"the arm is in {arm.state}"  # and does not make up for our motion
+        if reason and not self._stopped_for_arm:
+            self._platform.stop(reason)
+        elif self._stopped_for_arm and not reason:
             self._platform.resume()
-        self._stopped_for_arm = silent
+        self._stopped_for_arm = bool(reason)
         command, self._status = self._platform.step(now, inbox.latest(ESTIMATE), arm)
         return [(BASE_COMMAND, command), (BASE_STATUS, self._status)]
 
@@ -156,7 +165,7 @@ class ArmService:
     name = "arm"
     period = 0.001
     inputs: tuple[Topic, ...] = (ARM_STATE, ESTIMATE)
-    verbs = ("start", "pause", "resume", "stop", "reset", "protective_stop")
+    verbs: tuple[str, ...] = ("start", "pause", "resume", "stop", "reset", "protective_stop")
 
     def __init__(self, scenario: Scenario, restarted: bool) -> None:
         self._executive = Executive(scenario.robot, scenario.task.board)

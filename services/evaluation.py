@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -160,9 +161,7 @@ def torque_step_fraction(log: RunLog) -> float | None:
     means = (sums[5:] - sums[:-5]) / 5.0
     step = np.abs(means[5:] - means[:-5]).max(axis=1)  # between t[i+4] and t[i+5]
     at = t[5 : 5 + len(step)]
-    changes = [
-        b.t for a, b in zip(statuses, statuses[1:], strict=False) if a.transitions != b.transitions
-    ]
+    changes = [b.t for a, b in itertools.pairwise(statuses) if a.transitions != b.transitions]
     if not changes:
         return None
     near = np.zeros(len(at), dtype=bool)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -72,7 +73,10 @@ def board(log: RunLog, title: str) -> Figure | None:
         worst = max(worst, float(error[s.touching].max()))
         points = 1e3 * s.drawn
         lines = LineCollection(
-            np.stack([points[:-1], points[1:]], axis=1), cmap="viridis", array=error[:-1], lw=3
+            list(np.stack([points[:-1], points[1:]], axis=1)),
+            cmap="viridis",
+            array=error[:-1],
+            lw=3,
         )
         right.add_collection(lines)
     for collection in right.collections:
@@ -156,7 +160,7 @@ def torques(log: RunLog, title: str) -> Figure | None:
     for i, axis in enumerate(axes):
         axis.plot(t, tau[:, i], color=DRAWN, lw=0.7)
         axis.set_ylabel(f"joint {i + 1}\n[N m]")
-        for a, b in zip(statuses, statuses[1:], strict=False):
+        for a, b in itertools.pairwise(statuses):
             if a.node != b.node:
                 axis.axvline(b.t, color=MEANT, lw=0.8, alpha=0.7)
     axes[-1].set_xlabel("t [s] (lines: node changes)")

@@ -1,4 +1,4 @@
-"""Keeps what a run said, and writes it as an MCAP file of JSON with a schema per topic."""
+"""Logs: messages kept in memory, and as MCAP files of JSON with a schema per topic."""
 
 from __future__ import annotations
 
@@ -7,19 +7,85 @@ import json
 from collections.abc import Iterator, Mapping
 from dataclasses import fields
 from pathlib import Path
+from types import TracebackType
 from typing import Any
 
 import numpy as np
+from mcap.exceptions import McapError
+from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
 
-from services.messages import Message
+from services.messages import BadMessage, Message, check
 from services.topics import TOPICS, Topic
 
 Series = dict[str, list[Message]]
 
 
+class BadLog(ValueError):
+    """A file that is no log of ours; the text names it."""
+
+
+class LogWriter:
+    """Writes messages to an MCAP file as they come; fast topics are thinned to their ``log_rate``.
+
+    Times in the file are robot time, so two runs of one scenario and seed give the same bytes.
+
+    Args:
+        path: of the file.
+        metadata: where the log comes from; words only.
+    """
+
+    def __init__(self, path: Path, metadata: Mapping[str, str]) -> None:
+        self.path = path
+        self._stream = path.open("wb")
+        # not compressed: the compressor's version must not change the bytes
+        self._writer = Writer(self._stream, compression=CompressionType.NONE)
+        self._writer.start(profile="", library="steadyhand")
+        self._writer.add_metadata("steadyhand", dict(metadata))
+        self._channels: dict[str, int] = {}
+        self._due: dict[str, float] = {}
+        self._count = 0
+
+    def __enter__(self) -> LogWriter:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def add(self, topic: Topic, message: Message) -> None:
+        """Write one message, unless its topic is thinned and it is not its turn."""
+        rate = TOPICS[topic.name].log_rate
+        if rate:
+            if message.t < self._due.get(topic.name, -np.inf) - 1e-9:
+                return
+            self._due[topic.name] = message.t + 1.0 / rate
+        channel = self._channels.get(topic.name) or self._register(topic.name)
+        stamp = round(message.t * 1e9)
+        body = json.dumps(plain(message), separators=(",", ":")).encode()
+        self._writer.add_message(channel, stamp, body, stamp, self._count)
+        self._count += 1
+
+    def _register(self, name: str) -> int:
+        schema = self._writer.register_schema(
+            TOPICS[name].type.__name__, "jsonschema", json.dumps(json_schema(name)).encode()
+        )
+        self._channels[name] = self._writer.register_channel(name, "json", schema)
+        return self._channels[name]
+
+    def close(self) -> None:
+        """Write the summary and close the file."""
+        if not self._stream.closed:
+            self._writer.finish()
+            self._stream.close()
+
+
 class RunLog:
-    """Collects messages by topic in memory; a listener for the lockstep runner."""
+    """Messages of a run by topic, in memory; a listener for the lockstep runner."""
 
     def __init__(self) -> None:
         self.messages: Series = {}
@@ -33,42 +99,56 @@ class RunLog:
         return self.messages.get(topic.name, [])
 
     def write(self, path: Path, metadata: Mapping[str, str]) -> str:
-        """Write the log; fast topics are thinned to their ``log_rate``.
-
-        Times in the file are robot time, so two runs of one scenario and seed give the same bytes.
-
-        Returns:
-            SHA-256 of the file, hexadecimal.
-        """
-        with path.open("wb") as stream:
-            # not compressed: the compressor's version must not change the digest
-            writer = Writer(stream, compression=CompressionType.NONE)
-            writer.start(profile="", library="steadyhand")
-            writer.add_metadata("steadyhand", dict(metadata))
-            channels = {}
-            for name in sorted(self.messages):
-                schema = writer.register_schema(
-                    TOPICS[name].type.__name__, "jsonschema", json.dumps(json_schema(name)).encode()
-                )
-                channels[name] = writer.register_channel(name, "json", schema)
-            for sequence, (name, message) in enumerate(self._merged()):
-                stamp = round(message.t * 1e9)
-                body = json.dumps(plain(message), separators=(",", ":")).encode()
-                writer.add_message(channels[name], stamp, body, stamp, sequence)
-            writer.finish()
+        """Write the log; returns the SHA-256 of the file, hexadecimal."""
+        with LogWriter(path, metadata) as writer:
+            for name, message in self._merged():
+                writer.add(TOPICS[name], message)
         return hashlib.sha256(path.read_bytes()).hexdigest()
 
     def _merged(self) -> Iterator[tuple[str, Message]]:
-        kept = []
-        for name in sorted(self.messages):
-            due = -np.inf
-            gap = 1.0 / TOPICS[name].log_rate if TOPICS[name].log_rate else 0.0
-            for message in self.messages[name]:
-                if message.t >= due - 1e-9:
-                    due = message.t + gap
-                    kept.append((message.t, name, message))
-        kept.sort(key=lambda item: item[0])
-        return ((name, message) for _, name, message in kept)
+        """All messages by time, those of one instant by topic."""
+        everything = [
+            (message.t, name, message)
+            for name in sorted(self.messages)
+            for message in self.messages[name]
+        ]
+        everything.sort(key=lambda item: item[0])
+        return ((name, message) for _, name, message in everything)
+
+
+def read_log(path: Path) -> tuple[RunLog, dict[str, str]]:
+    """Read a log and its metadata.
+
+    Raises:
+        BadLog: not an MCAP file, cut short, or with messages that are not ours.
+    """
+    log = RunLog()
+    metadata: dict[str, str] = {}
+    try:
+        with path.open("rb") as stream:
+            reader = make_reader(stream)
+            for record in reader.iter_metadata():
+                if record.name == "steadyhand":
+                    metadata = dict(record.metadata)
+            for _, channel, record in reader.iter_messages():
+                topic = TOPICS.get(channel.topic)
+                if topic is None:
+                    raise BadLog(f"{path}: topic {channel.topic!r} is not one of ours")
+                content = json.loads(record.data)
+                log(topic, check(topic.type, _restored(topic, content)))
+    except FileNotFoundError:
+        raise BadLog(f"{path}: no such file") from None
+    except (McapError, BadMessage, json.JSONDecodeError, AssertionError) as error:
+        raise BadLog(f"{path}: not a whole log of steadyhand: {error}") from error
+    return log, metadata
+
+
+def _restored(topic: Topic, content: dict[str, Any]) -> dict[str, Any]:
+    """Turn the nulls that stand for what was not finite back into what is allowed."""
+    for f in fields(topic.type):
+        if content.get(f.name) is None and str(f.type) == "float":
+            content[f.name] = f.metadata["spec"].hi
+    return content
 
 
 def plain(message: Message) -> dict[str, Any]:
@@ -80,8 +160,14 @@ def plain(message: Message) -> dict[str, Any]:
             value = value.tolist()
         elif isinstance(value, float) and not np.isfinite(value):
             value = None
+        elif isinstance(value, dict):
+            value = {k: _finite(v) for k, v in value.items()}
         out[f.name] = value
     return out
+
+
+def _finite(value: Any) -> Any:
+    return None if isinstance(value, float) and not np.isfinite(value) else value
 
 
 _JSON = {"float": "number", "int": "integer", "str": "string", "bool": "boolean", "Array": "array"}

@@ -6,6 +6,7 @@ import gc
 import os
 import threading
 import time
+from collections.abc import Callable
 from typing import Protocol
 
 from services.bus import Bus
@@ -67,21 +68,31 @@ class Heart:
 class Grid:
     """Instants at which the simulated world is stepped.
 
-    A controller that missed ticks skips them. The world cannot: its time goes on, so it makes up
-    for them, unless they are so many that nobody would call that real time any more.
+    A controller that missed ticks skips them. A world cannot leave time out: it makes up for a
+    few, and when there are more its time stands still for the rest, so that robot time and
+    motion always agree.
+
+    Args:
+        period: of the world [s].
+        slip: takes robot time back by so much [s].
     """
 
     CATCH_UP = 20  # ticks
 
-    def __init__(self, period: float) -> None:
+    def __init__(self, period: float, slip: Callable[[float], None] = lambda seconds: None) -> None:
         self._period = period
+        self._slip = slip
         self._last: int | None = None
 
     def due(self, now: float) -> list[float]:
         """Multiples of the period that have come since the last call [s]."""
         newest = int(now / self._period + 1e-6)
-        if self._last is None or newest - self._last > self.CATCH_UP:
+        if self._last is None:
             self._last = newest - 1
+        excess = newest - self._last - self.CATCH_UP
+        if excess > 0:
+            self._slip(excess * self._period)
+            newest -= excess
         first, self._last = self._last + 1, max(newest, self._last)
         return [number * self._period for number in range(first, newest + 1)]
 
@@ -121,7 +132,7 @@ def run_live(
         bus.hear(topic)
     inbox = Inbox((*service.inputs, *extra))
     heart = Heart(service, bus, pace.statistics)
-    grid = Grid(service.period) if service.name == ROBOT else None
+    grid = Grid(service.period, clock.slip) if service.name == ROBOT else None
     while not stop.is_set():
         pace.wait()
         if requests is not None:

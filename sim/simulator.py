@@ -22,7 +22,7 @@ from sim.sensors import ImuSensor, OdometrySensor
 
 Array = NDArray[np.float64]
 
-BRAKE_AFTER = 0.02
+BRAKE_AFTER = 0.05
 """The motors brake when the newest torque command is older than this [s]."""
 BRAKE = 300.0
 """Coulomb friction of an engaged brake [N m]."""

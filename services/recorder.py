@@ -1,0 +1,58 @@
+"""The recorder: hears every topic and writes the log, in a process of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from services.runlog import LogWriter
+from services.service import Inbox, Outbox, Reply
+from services.topics import RECORDER, TOPICS, Topic
+
+DEPTH = 20_000
+"""Messages of a topic that may wait between two steps: some seconds of the fastest."""
+
+
+class Recorder:
+    """Writes all that is said on the bus; nobody waits for it.
+
+    Args:
+        path: of the log.
+        metadata: where the log comes from.
+    """
+
+    name = RECORDER
+    period = 0.05
+    verbs: tuple[str, ...] = ()
+
+    def __init__(self, path: Path, metadata: Mapping[str, str]) -> None:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        self._writer = LogWriter(path, metadata)
+        self._count = 0
+        self.inputs: tuple[Topic, ...] = tuple(
+            replace(topic, depth=DEPTH)
+            for topic in TOPICS.values()
+            if not topic.name.endswith("/tick") and topic.owner != RECORDER
+        )
+
+    def step(self, now: float, inbox: Inbox) -> Outbox:
+        """Write what arrived; says nothing itself."""
+        for topic in self.inputs:
+            for message in inbox.new(topic):
+                self._writer.add(topic, message)
+                self._count += 1
+        return []
+
+    def prepare(self, verb: str, args: dict[str, Any]) -> Callable[[], Reply]:
+        """The recorder answers no requests."""
+        raise ValueError(f"the recorder does not answer {verb!r}")
+
+    def state(self) -> tuple[str, str]:
+        """Recording, and how much so far."""
+        return "recording", f"{self._count} messages heard, log {self._writer.path}"
+
+    def close(self) -> None:
+        """Finish the file."""
+        self._writer.close()
