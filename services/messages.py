@@ -323,9 +323,9 @@ def _array(kind: type[Message], name: str, spec: Spec, value: Any) -> Array:
         raise BadMessage("type", f"{kind.__name__}.{name} is not numeric") from None
     if out.shape != spec.shape:
         raise BadMessage("shape", f"{kind.__name__}.{name} is {out.shape}, not {spec.shape}")
-    # one pass: a non-finite number makes the sum of squares non-finite
-    if not math.isfinite(float(np.dot(out.ravel(), out.ravel()))) and not np.isfinite(out).all():
+    lo, hi = float(out.min()), float(out.max())  # NaN if anything is
+    if not (math.isfinite(lo) and math.isfinite(hi)):
         raise BadMessage("non-finite", f"{kind.__name__}.{name}")
-    if out.min() < spec.lo or out.max() > spec.hi:
+    if lo < spec.lo or hi > spec.hi:
         raise BadMessage("range", f"{kind.__name__}.{name} leaves {spec.lo}..{spec.hi} {spec.unit}")
     return out
