@@ -77,7 +77,7 @@ class Grid:
         slip: takes robot time back by so much [s].
     """
 
-    CATCH_UP = 100  # ticks
+    CATCH_UP = 20  # ticks
 
     def __init__(self, period: float, slip: Callable[[float], None] = lambda seconds: None) -> None:
         self._period = period
