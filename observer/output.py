@@ -29,7 +29,7 @@ from observer.sensor_models import wrap
 class OutputOptions:
     """Constants of the blend, found by measurement (docs/observer.md)."""
 
-    frequency: float = 60.0
+    frequency: float = 45.0
     """w of the critically damped law [rad/s]."""
     rate: tuple[float, float] = (0.012, math.radians(1.2))
     """Largest velocity of a correction: translation [m/s], heading [rad/s]."""

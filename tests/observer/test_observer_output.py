@@ -23,7 +23,7 @@ def odometry(t: float, x: float, heading: float = 0.0) -> Odometry:
 @pytest.mark.parametrize("slips", [(), ((4.0, 0.1, 0.05, 0.0),)])
 def test_velocity_is_the_derivative_of_pose(slips: tuple) -> None:
     """The mean of two velocities times dt is the change of pose, to rounding, slip or not."""
-    r = run(make_observer("ekf", ROBOT), simulate(sway, 100, 7.0, slips=slips)).after(0.1)
+    r = run(make_observer("ekf", ROBOT), simulate(sway, 1000, 7.0, slips=slips)).after(0.1)
     moved = np.diff(r.pose, axis=0)
     mean = 0.5 * (r.velocity[1:] + r.velocity[:-1]) * 0.002
     assert np.abs(moved - mean).max() < 1e-12
@@ -32,7 +32,7 @@ def test_velocity_is_the_derivative_of_pose(slips: tuple) -> None:
 
 def test_acceleration_is_bounded_and_true() -> None:
     """Velocity has no step: its change per tick is the published acceleration's and 3 m/s^2."""
-    r = run(make_observer("ekf", ROBOT), simulate(sway, 100, 10.0)).after(1.0)
+    r = run(make_observer("ekf", ROBOT), simulate(sway, 1000, 10.0)).after(1.0)
     correction = np.diff(r.velocity, axis=0) / 0.002 - r.acceleration[1:]
     assert np.abs(correction[:, :2]).max() < 3.0 * math.sqrt(2) + 0.3
     assert rms((r.acceleration - r.true_acceleration)[:, :2]) < 0.06
@@ -42,7 +42,7 @@ def test_acceleration_is_bounded_and_true() -> None:
 @pytest.mark.parametrize("step", [1, 4, 10, 37])
 def test_any_rate(step: int) -> None:
     """At 1000 Hz or 27 Hz the answer is the same to a fraction of the error."""
-    world = simulate(sway, 101, 9.0)
+    world = simulate(sway, 1001, 9.0)
     r = run(make_observer("ekf", ROBOT), world, step).after(5.0)
     assert rms((r.pose - r.true_pose)[:, :2]) < 0.7e-3
     assert math.degrees(rms((r.pose - r.true_pose)[:, 2])) < 0.015
