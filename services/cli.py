@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import sys
+import time
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.markup import escape
@@ -13,6 +14,9 @@ from rich.markup import escape
 from services import cli_requests, cli_run, doctor, watch
 from services.cli_common import Json, Robot, RunDir, console, errors, fail, show_json
 from services.cli_program import program
+
+if TYPE_CHECKING:
+    from services.supervisor import Event, Plan
 
 app = typer.Typer(
     help="Robot software for hands that stay steady on moving bases.",
@@ -41,6 +45,10 @@ def up(
     rt: Annotated[str, typer.Option(help="Real-time priority and cores: auto, on, off.")] = "auto",
     robot: Robot = "r1",
     run_dir: RunDir = None,
+    until_finished: Annotated[
+        bool, typer.Option("--until-finished", help="End when the arm's program has.")
+    ] = False,
+    out: Annotated[Path | None, typer.Option(help="Folder for log and pictures.")] = None,
     hang: Annotated[float, typer.Option(help="No progress for this long is a hang [s].")] = 1.0,
     factory: Annotated[str, typer.Option(hidden=True)] = "",
     json: Json = False,
@@ -49,24 +57,30 @@ def up(
     from services.endpoints import default_run_dir
     from services.lockstep import TICK
     from services.process import FACTORY
-    from services.supervisor import Event, Plan, Supervisor
+    from services.supervisor import Plan, Supervisor
+    from services.topics import PROCESSES, SERVICES
 
     if rt not in ("auto", "on", "off"):
         fail(f"--rt is auto, on or off, not {rt!r}", 2)
     if duration is not None and duration <= 0:
         fail(f"--for needs a positive number of seconds, not {duration:g}", 2)
+    mode = "paced" if paced else "live"
+    folder = out or Path("runs") / f"{Path(scenario).stem}-{mode}-{time.strftime('%Y%m%d-%H%M%S')}"
     plan = Plan(
         run_dir=run_dir or default_run_dir(robot),
         scenario=Path(scenario) if factory else scenario_file(scenario),
         robot=robot,
         seed=seed,
         observer=observer,
-        mode="paced" if paced else "live",
+        mode=mode,
         rt=rt,
         ticks=round(duration / TICK) if paced and duration is not None else None,
         duration=None if paced else duration,
         hang=hang,
         factory=factory or FACTORY,
+        until_finished=until_finished,
+        log=folder / "run.mcap",
+        services=SERVICES if factory else PROCESSES,
     )
     events: list[Event] = []
 
@@ -84,10 +98,35 @@ def up(
         console.print(f"[bold]{scenario}[/], logs in {plan.run_dir}", highlight=False)
     supervisor = Supervisor(plan, report)
     success = supervisor.run()
+    result = None if factory else report_of(plan, folder, events, json)
     if json:
         health = {name: asdict(newest) for name, newest in supervisor.health.items()}
-        show_json({"success": success, "events": [asdict(e) for e in events], "health": health})
-    raise typer.Exit(0 if success else 1)
+        show_json(
+            {
+                "success": success,
+                "events": [asdict(e) for e in events],
+                "health": health,
+                "result": result,
+            }
+        )
+    ended_well = result is None or not until_finished or result["outcome"].startswith("finished")
+    raise typer.Exit(0 if success and ended_well else 1)
+
+
+def report_of(plan: Plan, folder: Path, events: list[Event], quiet: bool) -> dict[str, Any] | None:
+    """Judge what the recorder wrote; None if it wrote nothing that can be judged."""
+    from services.live_report import write_live_report
+    from services.runlog import BadLog
+
+    try:
+        result = write_live_report(plan, folder, events[-1].at)
+    except BadLog as error:
+        errors.print(f"no report: {escape(str(error))}")
+        return None
+    if not quiet:
+        cli_run.show(result)
+        console.print(f"log and pictures in {folder}", highlight=False)
+    return result
 
 
 def scenario_file(name: str) -> Path:

@@ -75,3 +75,16 @@ def show(result: dict[str, Any]) -> None:
         value = result.get(key)
         table.add_row(escape(label), "-" if value is None else f"{value:.4g}")
     console.print(table)
+    if result.get("loops"):
+        _show_loops(result["loops"])
+
+
+def _show_loops(loops: dict[str, dict[str, float]]) -> None:
+    heads = ("service", "period", "late 50 %", "late 99 %", "late max", "missed", "ticks")
+    table = Table(*heads, title="loops [ms]".replace("[", "\\["))
+    for name, f in loops.items():
+        late = [f"{f[key]:.2f}" for key in ("late_p50_ms", "late_p99_ms", "late_max_ms")]
+        table.add_row(
+            name, f"{f['period_mean_ms']:.2f}", *late, f"{f['missed']:.0f}", f"{f['ticks']:.0f}"
+        )
+    console.print(table)

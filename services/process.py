@@ -27,10 +27,13 @@ from services.endpoints import Endpoints, local, make_run_dir
 from services.lockstep import Lockstep
 from services.messages import Message
 from services.paced import run_paced
+from services.provenance import provenance
+from services.recorder import Recorder, free_name
 from services.requests import Requests
 from services.runner import ROBOT, run_live
 from services.service import Service
-from services.topics import ARM_STATE, SERVICES, Topic
+from services.topics import ARM_STATE, PROCESSES, RECORDER, SERVICES, Topic
+from sim.scenario import load_scenario
 
 FACTORY = "services.components:build_service"
 WARM_UP_TICKS = 300
@@ -70,7 +73,7 @@ def _fail() -> NoReturn:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="services.process", description=__doc__)
-    parser.add_argument("--service", required=True, choices=SERVICES)
+    parser.add_argument("--service", required=True, choices=PROCESSES)
     parser.add_argument("--scenario", type=Path, required=True)
     parser.add_argument("--run-dir", type=Path, required=True)
     parser.add_argument("--seed", type=int, default=0)
@@ -83,6 +86,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--rt", choices=("auto", "on", "off"), default="auto")
     parser.add_argument("--listen", action="append", help="instead of the run directory's socket")
     parser.add_argument("--connect", action="append", help="instead of the run directory's sockets")
+    parser.add_argument("--log", type=Path, help="of the recorder: file to write")
     parser.add_argument("--parent", type=int, help="die with this process")
     parser.add_argument("--factory", default=FACTORY, help="module:function that builds services")
     return parser
@@ -94,6 +98,9 @@ def _run(options: argparse.Namespace) -> None:
     stop = threading.Event()
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, lambda *_: _end(stop))
+    if options.service == RECORDER:
+        _record(options, stop)
+        return
     live = options.mode == "live"
     if live and options.restarted:  # the others wait for us: be as important as they are at once
         realtime.favour(options.rt)
@@ -115,6 +122,22 @@ def _run(options: argparse.Namespace) -> None:
         _end(stop)  # closing may hang as well
         log.info("%s: ended", service.name)
         requests.close()
+
+
+def _record(options: argparse.Namespace, stop: threading.Event) -> None:
+    recorder = Recorder(
+        free_name(options.log or options.run_dir / "run.mcap"),
+        provenance(load_scenario(options.scenario), options.seed, options.observer),
+    )
+    endpoints = local(make_run_dir(options.run_dir), RECORDER)
+    with open_bus(endpoints, options.robot, RECORDER, recorder.inputs, lossless=True) as bus:
+        try:
+            run_live(recorder, bus, HeardClock(), stop)
+            recorder.close()
+        except BaseException:
+            _fail()
+        _end(stop)
+        log.info("%s: ended", RECORDER)
 
 
 def _live(

@@ -56,3 +56,12 @@ class Recorder:
     def close(self) -> None:
         """Finish the file."""
         self._writer.close()
+
+
+def free_name(path: Path) -> Path:
+    """``path``, or with a number if a recorder that died has left a file there."""
+    for number in range(2, 1000):
+        if not path.exists():
+            return path
+        path = path.with_name(f"{path.stem.rstrip('0123456789').rstrip('-')}-{number}{path.suffix}")
+    return path

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import hashlib
-import platform
 import time
 from dataclasses import dataclass
-from importlib import metadata
 from pathlib import Path
 from typing import Any
 
 from services.components import build_service
 from services.evaluation import figures_of
 from services.lockstep import TICK, Lockstep
+from services.provenance import provenance
 from services.runlog import RunLog
 from services.topics import ARM_STATUS, SERVICES
 from sim.scenario import Scenario
@@ -81,22 +79,8 @@ def outcome_of(log: RunLog) -> str:
     return last.state if not last.reason else f"{last.state}: {last.reason}"
 
 
-def versions(scenario: Scenario, seed: int, observer: str) -> dict[str, str]:
-    """What a log must say about where it came from."""
-    text = scenario.path.read_text(encoding="utf-8") if scenario.path.is_file() else ""
-    packages = ("steadyhand", "numpy", "dartpy", "filterpy", "eclipse-zenoh")
-    return {
-        "scenario": scenario.name,
-        "scenario_sha256": hashlib.sha256(text.encode()).hexdigest(),
-        "scenario_toml": text,
-        "seed": str(seed),
-        "observer": observer,
-        "python": platform.python_version(),
-    } | {name: metadata.version(name) for name in packages}
-
-
 def write(run: Run, folder: Path) -> None:
     """Write the log of a run to ``folder`` and put its digest into the result."""
     folder.mkdir(parents=True, exist_ok=True)
-    about = versions(run.scenario, run.result["seed"], run.result["observer"])
+    about = provenance(run.scenario, run.result["seed"], run.result["observer"])
     run.result["log_sha256"] = run.log.write(folder / "run.mcap", about)

@@ -21,9 +21,10 @@ from services.endpoints import local, make_run_dir
 from services.messages import Health
 from services.pool import Pool
 from services.process import FACTORY
-from services.topics import HEALTH, SERVICES
+from services.topics import HEALTH, PROCESSES, RECORDER
 
 POLL = 0.05  # [s]
+ENDED = ("finished", "protective_stop")
 
 
 class AlreadyRunning(RuntimeError):
@@ -53,6 +54,8 @@ class Plan:
         duration: live only: end after this long [s].
         hang: a heartbeat that makes no progress for this long is a hang [s].
         start: a service must be ready within this [s].
+        until_finished: end when the arm's program has.
+        log: file the recorder writes; None for its default.
         services: in starting order.
     """
 
@@ -67,7 +70,9 @@ class Plan:
     duration: float | None = None
     hang: float = 1.0
     start: float = 30.0
-    services: tuple[str, ...] = SERVICES
+    until_finished: bool = False
+    log: Path | None = None
+    services: tuple[str, ...] = PROCESSES
     factory: str = FACTORY
     epoch: float = field(default_factory=time.monotonic)
 
@@ -162,6 +167,7 @@ class Supervisor:
         args += ["--robot", plan.robot, "--observer", plan.observer, "--rt", plan.rt]
         args += ["--epoch", repr(plan.epoch), "--factory", plan.factory]
         args += ["--parent", str(os.getpid())]
+        args += ["--log", str(plan.log)] if plan.log is not None else []
         args += ["--ticks", str(plan.ticks)] if plan.ticks is not None else []
         args += ["--restarted"] if restarted else []
         watched.pid = await self._pool.start(name, args)
@@ -198,6 +204,7 @@ class Supervisor:
             for _, health in self._bus.take(HEALTH[name]):
                 if health.pid != watched.pid:
                     continue  # the last words of its predecessor
+                self._state_of(name, health)
                 self.health[name] = health
                 if health.progress > watched.progress:
                     watched.progress, watched.advanced = health.progress, now
@@ -208,6 +215,14 @@ class Supervisor:
                     watched.was_ready = True
                     self._tell(name, kind, f"in {took:.2f} s")
 
+    def _state_of(self, name: str, health: Health) -> None:
+        """Tell of a change of state, and end the run with the program if that is the plan."""
+        before = self.health.get(name)
+        if before is not None and before.state != health.state and before.pid == health.pid:
+            self._tell(name, health.state, health.detail)
+        if name == "arm" and self.plan.until_finished and health.state in ENDED:
+            self._stop.set()
+
     async def _died(self, name: str, code: int, now: float) -> None:
         watched = self._watched[name]
         watched.pid = 0
@@ -217,7 +232,7 @@ class Supervisor:
             self._tell(name, "ended" if finished else "died", _meaning(code))
             if not finished and not watched.ready:
                 raise StartFailed(self._why(name))
-            if not finished or all(not w.pid for w in self._watched.values()):
+            if not finished or not any(w.pid for n, w in self._watched.items() if n != RECORDER):
                 self._stop.set()
             return
         if watched.ready:

@@ -10,7 +10,10 @@ from services import messages as m
 M = TypeVar("M", bound=m.Message)
 
 SERVICES = ("sim", "observer", "base", "arm")
-"""The processes, in the order in which they start."""
+"""The processes that are the robot's system, in the order in which they start."""
+RECORDER = "recorder"
+"""The process that only listens."""
+PROCESSES = (RECORDER, *SERVICES)
 
 
 @dataclass(frozen=True)
@@ -50,7 +53,7 @@ ARM_STATUS = Topic("arm/status", m.ArmStatus, "arm", 50, 0.5)
 BASE_STATUS = Topic("base/status", m.BaseStatus, "base", 20, 0.5)
 TRUTH = Topic("sim/truth", m.Truth, "sim", 200, 0.5)
 SIM_TICK = Topic("sim/tick", m.Tick, "sim", 1000, 1e9, depth=8)
-HEALTH = {s: Topic(f"{s}/health", m.Health, s, 5, 1.5) for s in SERVICES}
+HEALTH = {s: Topic(f"{s}/health", m.Health, s, 5, 1.5) for s in PROCESSES}
 TICK = {s: Topic(f"{s}/tick", m.Tick, s, 1000, 1e9, depth=8) for s in SERVICES if s != "sim"}
 
 _ALL: tuple[Topic[Any], ...] = (
