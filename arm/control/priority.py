@@ -44,13 +44,14 @@ def solve(rows: Iterable[Rows], dof: int) -> Array:
     for row in rows:
         if row.activation <= 0.0 or free < 0.5:
             continue
-        free -= row.activation * row.J.shape[0]
         JN = row.J if N is None else row.J @ N
         size = float(np.vdot(JN, JN))
-        if size <= EMPTY * float(np.vdot(row.J, row.J)):
+        share = size / max(float(np.vdot(row.J, row.J)), ROUNDING)
+        if share <= EMPTY:
             continue
-        inverse = damped_inverse(JN, size)
+        inverse = damped_inverse(JN, size, share)
         qd = qd + row.activation * (inverse @ (row.rate - row.J @ qd))
+        free -= row.activation * float(np.vdot(inverse.T, JN))  # the rank of what it uses
         if free < 0.5:
             continue  # nothing is left for those below
         used = row.activation * (inverse @ JN)
@@ -63,8 +64,14 @@ def _identity(n: int) -> Array:
     return np.eye(n)
 
 
-def damped_inverse(J: Array, size: float) -> Array:
-    """Right pseudo-inverse of J (m, n), damped where J loses rank; ``size`` is its squared norm."""
+def damped_inverse(J: Array, size: float, share: float = 1.0) -> Array:
+    """Right pseudo-inverse of J (m, n), damped where J loses rank or the levels above took it.
+
+    Args:
+        J: projected Jacobian.
+        size: its squared norm.
+        share: that, relative to the squared norm before projection.
+    """
     m = J.shape[0]
     mean = size / m
     gram = J @ J.T / mean
@@ -74,6 +81,10 @@ def damped_inverse(J: Array, size: float) -> Array:
     if manipulability < SINGULAR**2:
         damping = DAMPING * (1.0 - manipulability / SINGULAR**2)
         gram.flat[:: m + 1] += damping**2 + ROUNDING
+        factor, _ = dpotrf(gram, lower=1)
+    if share < SINGULAR**2:  # even a single row can be as good as used up
+        damping = DAMPING * (1.0 - share / SINGULAR**2)
+        gram.flat[:: m + 1] += damping**2 / share
         factor, _ = dpotrf(gram, lower=1)
     solution: Array = dpotrs(factor, J, lower=1)[0]
     return solution.T / mean
