@@ -205,4 +205,4 @@ def test_every_topic_has_one_owner_and_a_key() -> None:
     """The table is consistent: names are keys, owners are services."""
     for name, topic in topics.TOPICS.items():
         assert topic.name == name
-        assert topic.owner in topics.SERVICES
+        assert topic.owner in topics.PROCESSES
