@@ -1,8 +1,8 @@
 """Runs a program on the arm: reads state and estimate, steps the node, returns torques.
 
-States: ``idle`` (joints held), ``running``, ``paused``, ``resuming``, ``safe_hold`` (an input failed:
-contact released, waiting to be resumed), ``protective_stop`` (a limit was left: a person resets)
-and ``finished``.
+States: ``idle`` (joints held), ``running``, ``paused``, ``resuming``, ``safe_hold`` (an input
+failed: contact released, waiting to be resumed), ``protective_stop`` (a limit was left: a person
+resets) and ``finished``.
 """
 
 from __future__ import annotations

@@ -12,6 +12,7 @@ import typer
 from rich.markup import escape
 
 from services import cli_requests, cli_run, doctor, watch
+from services.cli_bench import bench
 from services.cli_common import Json, Robot, RunDir, console, errors, fail, show_json
 from services.cli_program import program
 
@@ -24,6 +25,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 app.add_typer(program, name="program")
+app.add_typer(bench, name="bench")
 app.add_typer(cli_requests.arm, name="arm")
 app.command()(cli_run.run)
 app.command()(cli_requests.disturb)
