@@ -12,8 +12,10 @@ from services.messages import BaseCommand
 
 Array = NDArray[np.float64]
 
-WATCHDOG = 0.15
-"""A command older than this [s] is taken for silence, and the drive brings the platform to rest."""
+WATCHDOG = 0.1
+"""A command older than this [s] is silence: the drive brakes at its acceleration limit."""
+BRAKE_LAG = 0.005
+"""Time constant of the last bit of that braking [s]."""
 HOLDING = (60.0, 60.0, 20.0)
 """What the wheels of a standing platform hold along x, y [N] and about the vertical [N m]."""
 STANDSTILL = 1e-3
@@ -72,10 +74,11 @@ class Drive:
         fastest = max(map(abs, velocity))
         self.standing = fastest < STANDSTILL and not any(wanted)
         driving = fastest > STANDSTILL
+        lag = BRAKE_LAG if silent else self._lag
         force = np.empty(3)
         for i in range(3):
             error = clamp(wanted[i], self._speed[i]) - velocity[i]
-            a = clamp(error / self._lag, self._acceleration[i])
+            a = clamp(error / lag, self._acceleration[i])
             force[i] = self._inertia[i] * (a + rough[i] if driving else a)
         return force
 

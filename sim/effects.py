@@ -27,6 +27,8 @@ class Effects:
     """Angular acceleration forced on the platform [rad/s^2]."""
     slip: Array = field(default_factory=lambda: np.zeros(2))
     """Velocity of the platform that the wheels do not see, in W [m/s]."""
+    slip_acceleration: Array = field(default_factory=lambda: np.zeros(2))
+    """Its derivative [m/s^2]."""
     dropout: set[str] = field(default_factory=set)
     delay: dict[str, float] = field(default_factory=dict)
     noise: dict[str, float] = field(default_factory=dict)
@@ -54,7 +56,13 @@ def effects_at(now: float, timeline: list[Timed]) -> Effects:
             out.vertical += d.amplitude * wave
             out.yaw += d.yaw * wave
         elif isinstance(d, Slip):
-            out.slip = out.slip + d.distance / d.duration * _towards(d.direction)[:2]
+            # from rest to rest: a velocity of 1 - cos, which carries ``distance``
+            phase = 2 * math.pi * (now - d.t) / d.duration
+            mean = d.distance / d.duration * _towards(d.direction)[:2]
+            out.slip = out.slip + mean * (1.0 - math.cos(phase))
+            out.slip_acceleration = out.slip_acceleration + (
+                mean * (2 * math.pi / d.duration * math.sin(phase))
+            )
         elif isinstance(d, Dropout):
             out.dropout.add(d.sensor)
         elif isinstance(d, Delay):

@@ -167,6 +167,8 @@ class Physics:
         forces[2] = drive[2]
         if effects.yaw:
             forces[2] += effects.yaw * self.drive_inertia()[2]
+        if effects.slip_acceleration.any():
+            forces[:2] += self.drive_inertia()[:2] * effects.slip_acceleration
         forces[ARM] = self.applied
         self._skeleton.setForces(forces)
         for name, force in effects.pushes:
@@ -174,14 +176,6 @@ class Physics:
             body.addExtForce(force, body.getLocalCOM(), False, True)
         # a floor that accelerates upwards is felt as more gravity
         self._world.setGravity([0.0, 0.0, -GRAVITY - effects.vertical])
-        if effects.slip.any():
-            self._slide(effects.slip)
         before = self.velocity
         self._world.step()
         self.acceleration = (self.velocity - before) / DT
-
-    def _slide(self, slip: Array) -> None:
-        """Move the platform without its wheels turning."""
-        positions = self._skeleton.getPositions()
-        positions[:2] += slip * DT
-        self._skeleton.setPositions(positions)

@@ -121,9 +121,11 @@ class Simulator:
         if silent != self._braked:
             self._set_brakes(silent)
         torque = np.zeros(6) if arm is None or silent else arm.tau
-        drive = self._drive.force(now, DT, base, self._in_body(velocity))
-        if self._drive.standing != self._standing:
-            self._standing = self._drive.standing
+        rolling = velocity - np.array([*effects.slip, 0.0])  # what the wheels see
+        drive = self._drive.force(now, DT, base, self._in_body(rolling))
+        standing = self._drive.standing and not effects.slip.any()
+        if standing != self._standing:
+            self._standing = standing
             physics.set_wheel_friction(HOLDING if self._standing else ROLLING)
         physics.step(torque, drive, effects)
         self._force = physics.contact_force()

@@ -1,0 +1,205 @@
+"""What the sensors say of the truth."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from tests.sim.sim_loop import Recording, drive, scenario
+
+QUIET_FORCE = {"load_cell": {"force_noise": 0.0, "moment_noise": 0.0}}
+
+
+def still(_: float) -> tuple[float, float, float]:
+    """Stay."""
+    return 0.0, 0.0, 0.0
+
+
+def curve(t: float) -> tuple[float, float, float]:
+    """Drive ahead and turn."""
+    return 0.3 * math.sin(3.0 * t), 0.1, 0.4 * math.sin(2.0 * t)
+
+
+@pytest.fixture(scope="module")
+def driven() -> Recording:
+    """A curve with perfect sensors."""
+    return drive(scenario(), 2.0, curve)
+
+
+# --- odometry -------------------------------------------------------------------------------
+
+
+def test_odometry_is_quantised_late_and_true_at_its_stamp(driven: Recording) -> None:
+    """1 mm and 0.1 deg, 20 ms late, 20 times a second, of the pose at the stamp."""
+    step = np.array([0.001, 0.001, math.radians(0.1)])
+    stamps = np.array([m.t for _, m in driven.odometry])
+    np.testing.assert_allclose(np.diff(stamps), 0.05, atol=1e-9)
+    for arrived, message in driven.odometry:
+        assert arrived - message.t == pytest.approx(0.020, abs=1e-9)
+        counts = message.pose / step
+        np.testing.assert_allclose(counts, np.round(counts), atol=1e-6)
+        true = driven.pose[round(1000 * message.t)]
+        assert (np.abs(message.pose - true) <= 0.5 * step + 1e-9).all()
+
+
+def test_dropout_silences_one_sensor_for_its_time() -> None:
+    """Nothing sampled during a dropout ever arrives; the other sensor goes on."""
+    out = {"kind": "dropout", "t": 0.3, "duration": 0.4, "sensor": "odometry"}
+    run = drive(scenario(out), 1.0, still)
+    stamps = np.array([m.t for _, m in run.odometry])
+    assert not ((stamps >= 0.3) & (stamps < 0.7)).any()
+    assert (stamps >= 0.7).any() and (stamps < 0.3).any()
+    assert np.diff([m.t for _, m in run.imu]).max() < 0.0101
+
+
+@pytest.mark.parametrize(("sensor", "own"), [("odometry", 0.020), ("imu", 0.010)])
+def test_delay_makes_samples_late_and_leaves_their_stamps(sensor: str, own: float) -> None:
+    """Arrival is later by the extra delay; what the stamp says stays true."""
+    late = {"kind": "delay", "t": 0.5, "duration": 10, "sensor": sensor, "extra": 0.1}
+    run, plain = drive(scenario(late), 1.0, curve), drive(scenario(), 1.0, curve)
+    mine, theirs = getattr(run, sensor), getattr(plain, sensor)
+    half = 0.005 if sensor == "imu" else 0.0  # an IMU stamps the middle of its period
+    for arrived, message in mine:
+        extra = 0.1 if message.t + half >= 0.5 - 1e-9 else 0.0
+        assert arrived - message.t == pytest.approx(own + extra, abs=0.0011)
+    for (_, a), (_, b) in zip(mine, theirs, strict=False):
+        assert a.t == b.t
+
+
+def test_noise_factor_scales_the_noise() -> None:
+    """Ten times the noise on the IMU, and only while it acts."""
+    noise = {"kind": "noise", "t": 1.0, "duration": 10, "sensor": "imu", "factor": 10.0}
+    run = drive(scenario(noise, sensors={}), 3.0, still)
+    t = np.array([m.t for _, m in run.imu])
+    gyro = np.array([m.gyro for _, m in run.imu])
+    before, during = gyro[t < 0.99].std(axis=0), gyro[t > 1.0].std(axis=0)
+    np.testing.assert_allclose(during / before, 10.0, rtol=0.3)
+    assert before.mean() == pytest.approx(0.000873, rel=0.2)
+
+
+@pytest.mark.parametrize(
+    ("sensor", "axis", "field", "index"), [("gyro", None, "gyro", 2), ("accel", "y", "accel", 1)]
+)
+def test_bias_jumps_and_stays(sensor: str, axis: str | None, field: str, index: int) -> None:
+    """A bias shifts its axis by its value from its time on, and no other axis."""
+    bias = {"kind": "bias", "t": 0.5, "sensor": sensor, "value": 0.2, "axis": axis}
+    run = drive(scenario(bias), 1.0, still)
+    t = np.array([m.t for _, m in run.imu])
+    read = np.array([getattr(m, field) for _, m in run.imu])
+    change = read[t > 0.5].mean(axis=0) - read[t < 0.49].mean(axis=0)
+    expected = np.zeros(3)
+    expected[index] = 0.2
+    np.testing.assert_allclose(change, expected, atol=2e-3)
+
+
+# --- inertial sensor ------------------------------------------------------------------------
+
+
+def test_imu_stamp_is_the_middle_of_its_period(driven: Recording) -> None:
+    """A reading is the mean over 10 ms; it is stamped in their middle and is 10 ms late there."""
+    for arrived, message in driven.imu[1:]:
+        end = round(1000 * (message.t + 0.005))
+        turned = driven.pose[end, 2] - driven.pose[end - 10, 2]
+        assert message.gyro[2] == pytest.approx(turned / 0.01, abs=1e-9)
+        assert arrived - message.t == pytest.approx(0.010, abs=0.0011)
+
+
+def test_accelerometer_integrates_to_the_velocity_change(driven: Recording) -> None:
+    """Readings, turned into the world and freed of the lever arm, add up to the velocity."""
+    px, py = driven.simulator.physics.robot.imu.position[:2]
+    messages = [m for _, m in driven.imu[1:]]
+    total = np.zeros(2)
+    for m in messages:
+        heading = driven.pose[round(1000 * m.t), 2]
+        c, s = math.cos(heading), math.sin(heading)
+        total += 0.01 * np.array([c * m.accel[0] - s * m.accel[1], s * m.accel[0] + c * m.accel[1]])
+    first, last = (
+        round(1000 * (m.t + d)) for m, d in ((messages[0], -0.005), (messages[-1], 0.005))
+    )
+
+    def of_sensor(tick: int) -> np.ndarray:
+        """Velocity of the sensor in W."""
+        vx, vy, w = driven.velocity[tick]
+        c, s = math.cos(driven.pose[tick, 2]), math.sin(driven.pose[tick, 2])
+        return np.array([vx - w * (s * px + c * py), vy + w * (c * px - s * py)])
+
+    change = of_sensor(last) - of_sensor(first)
+    np.testing.assert_allclose(total, change, atol=1e-3)
+    assert np.abs(np.diff(driven.velocity[:, 0])).sum() > 0.3
+
+
+def test_accelerometer_reads_gravity_and_the_bump() -> None:
+    """At rest it reads g upwards; a bump's vertical acceleration is on top."""
+    bump = {"kind": "bump", "t": 0.5, "duration": 0.3, "amplitude": 3.0, "frequency": 10.0}
+    run = drive(scenario(bump), 1.0, still)
+    t = np.array([m.t for _, m in run.imu])
+    up = np.array([m.accel[2] for _, m in run.imu])
+    calm = (t < 0.49) | (t > 0.81)
+    np.testing.assert_allclose(up[calm], 9.81, atol=1e-9)
+    # a mean over a tenth of the vibration's period keeps 98 % of it
+    assert up.max() - 9.81 == pytest.approx(3.0, rel=0.1)
+
+
+# --- arm ------------------------------------------------------------------------------------
+
+
+def test_encoders_are_quantised_and_rates_are_their_difference() -> None:
+    """Positions are multiples of the resolution; rates are differences over 1 ms."""
+    run = drive(scenario(), 0.2, still, torque=lambda _: np.zeros(6))
+    q = np.array([m.q for m in run.arm])
+    counts = q / 2.5e-5
+    np.testing.assert_allclose(counts, np.round(counts), atol=1e-6)
+    qd = np.array([m.qd for m in run.arm])
+    np.testing.assert_allclose(qd[1:], np.diff(q, axis=0) / 0.001, atol=1e-9)
+    assert np.abs(qd).max() > 0.1
+
+
+def test_brakes_hold_an_arm_without_a_master() -> None:
+    """Without a command for 20 ms the joints stand, against gravity and a push."""
+    push = {"kind": "push", "t": 0.2, "duration": 0.3, "force": 100.0, "on": "link3"}
+    never = drive(scenario(push), 0.6, still)
+    q = np.array([m.q for m in never.arm])
+    assert np.abs(q - q[0]).max() < 1e-4
+
+    def dies(t: float) -> np.ndarray | None:
+        return np.zeros(6) if t < 0.15 else None
+
+    left = drive(scenario(), 0.6, still, torque=dies)
+    q = np.array([m.q for m in left.arm])
+    assert np.abs(q[170] - q[0]).max() > 0.01  # it fell as long as a zero command was fresh
+    assert np.abs(q[-1] - q[300]).max() < 1e-4
+    assert np.abs(q[300] - q[170]).max() < 0.05
+
+
+def test_motors_clamp_the_torque() -> None:
+    """What is applied stays within the description, and the arm state says so."""
+    run = drive(scenario(), 0.02, still, torque=lambda _: 1000.0 * np.ones(6))
+    limit = np.array(run.simulator.physics.robot.arm.torque_limit)
+    np.testing.assert_allclose(run.arm[-1].tau, limit)
+
+
+# --- determinism ----------------------------------------------------------------------------
+
+
+def fingerprint(seed: int) -> list[bytes]:
+    """Everything a disturbed run says, bit by bit."""
+    made = scenario(
+        {"kind": "push", "t": 0.1, "force": 200.0},
+        {"kind": "bump", "t": 0.2, "yaw": 1.0},
+        sensors={"odometry": {"noise": (1e-3, 1e-3, 1e-3), "dropout": 0.2}},
+        exact=False,
+    )
+    run = drive(made, 0.5, curve, seed=seed)
+    out = [x.pose.tobytes() + x.q.tobytes() + x.velocity.tobytes() for x in run.truth]
+    out += [m.pose.tobytes() for _, m in run.odometry]
+    out += [m.gyro.tobytes() + m.accel.tobytes() for _, m in run.imu]
+    return out + [m.q.tobytes() + m.wrench.tobytes() for m in run.arm]
+
+
+def test_seed_decides_every_bit() -> None:
+    """Equal seeds say the same to the last bit; another seed says something else everywhere."""
+    assert fingerprint(4) == fingerprint(4)
+    a, b = fingerprint(4), fingerprint(5)
+    assert sum(x == y for x, y in zip(a, b, strict=False)) < 0.1 * len(a)
