@@ -96,3 +96,18 @@ class Service(Protocol):
     def state(self) -> tuple[str, str]:
         """One word and one sentence on how the service is, for its heartbeat."""
         ...
+
+
+def act_on(acts: dict[str, Callable[[], None]], verb: str) -> Callable[[], Reply]:
+    """The action of a verb, refusing with the reason it raises."""
+    if verb not in acts:
+        raise ValueError(f"unknown request {verb!r}. Known: {', '.join(acts)}")
+
+    def act() -> Reply:
+        try:
+            acts[verb]()
+        except (ValueError, TypeError) as error:
+            return Reply(False, str(error))
+        return Reply(True)
+
+    return act

@@ -1,0 +1,84 @@
+"""The arm's executive as a service."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from arm.executive import Executive
+from arm.hds import Program, ProgramError, load
+from arm.nodes import REGISTRY
+from deploy.task import find_program
+from deploy.tomlfile import BadFile
+from services.service import Inbox, Outbox, Reply, act_on
+from services.topics import ARM_COMMAND, ARM_STATE, ARM_STATUS, ESTIMATE, Topic
+from sim.scenario import Scenario
+
+
+class ArmService:
+    """The arm's executive."""
+
+    name = "arm"
+    period = 0.001
+    inputs: tuple[Topic, ...] = (ARM_STATE, ESTIMATE)
+    verbs: tuple[str, ...] = ("start", "pause", "resume", "stop", "reset", "protective_stop")
+
+    def __init__(self, scenario: Scenario, restarted: bool) -> None:
+        self._executive = Executive(scenario.robot, scenario.task.board)
+        path = scenario.program_path()
+        self._program: Program | None = load(path, REGISTRY) if path else None
+        self._start_at = scenario.task.start_at
+        self._waiting = scenario.task.autostart and self._program is not None and not restarted
+        if restarted:
+            self._executive.reason = "restarted; start the program again when the robot is clear"
+        self._t = -1.0
+
+    def step(self, now: float, inbox: Inbox) -> Outbox:
+        """Answer the newest arm state, once."""
+        state = inbox.latest(ARM_STATE)
+        if state is None or state.t <= self._t:
+            return []
+        self._t = state.t
+        estimate = inbox.latest(ESTIMATE)
+        if self._waiting and now >= self._start_at and estimate is not None and estimate.valid:
+            self._waiting = False
+            assert self._program is not None
+            self._executive.start(self._program)
+        command, status = self._executive.step(state, estimate)
+        out: Outbox = [(ARM_COMMAND, command)]
+        if status is not None:
+            out.append((ARM_STATUS, status))
+        return out
+
+    def prepare(self, verb: str, args: dict[str, Any]) -> Callable[[], Reply]:
+        """``start`` (a ``program`` by name or path, or the task's own), and the other verbs."""
+        executive = self._executive
+        acts: dict[str, Callable[[], None]] = {
+            "pause": executive.pause,
+            "resume": executive.resume,
+            "stop": executive.stop,
+            "reset": executive.reset,
+            "protective_stop": lambda: executive.protective_stop(
+                str(args.get("reason", "asked for by a person"))
+            ),
+        }
+        if verb == "start":
+            program = self._load(str(args.get("program", "")))
+            acts["start"] = lambda: executive.start(program)
+        return act_on(acts, verb)
+
+    def _load(self, name: str) -> Program:
+        if not name:
+            if self._program is None:
+                raise ValueError("the scenario has no program; name one")
+            return self._program
+        try:
+            path = Path(name)
+            return load(path if path.is_file() else find_program(name), REGISTRY)
+        except (ProgramError, BadFile, OSError) as error:
+            raise ValueError(str(error)) from None
+
+    def state(self) -> tuple[str, str]:
+        """State and reason of the executive."""
+        return self._executive.state, self._executive.reason

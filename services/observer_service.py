@@ -1,0 +1,48 @@
+"""The platform-motion observer as a service."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from deploy.robot import load_robot
+from observer.baselines import TruthReference
+from observer.observer import make_observer
+from services.service import Inbox, Outbox, Reply
+from services.topics import BASE_COMMAND, ESTIMATE, IMU, ODOMETRY, TRUTH, Topic
+
+
+class ObserverService:
+    """The platform-motion observer."""
+
+    name = "observer"
+    period = 0.002
+    verbs: tuple[str, ...] = ()
+
+    def __init__(self, kind: str, robot: str) -> None:
+        self._observer = make_observer(kind, load_robot(robot))
+        # truth is for reference runs alone: no other kind so much as subscribes to it
+        self._truth = self._observer if isinstance(self._observer, TruthReference) else None
+        self.inputs: tuple[Topic, ...] = (ODOMETRY, IMU, BASE_COMMAND)
+        if self._truth is not None:
+            self.inputs += (TRUTH,)
+        self._state = ("starting", "")
+
+    def step(self, now: float, inbox: Inbox) -> Outbox:
+        """Fuse what arrived, publish the estimate at ``now``."""
+        if self._truth is not None:
+            for truth in inbox.new(TRUTH):
+                self._truth.tell(truth.t, truth.pose, truth.velocity, truth.acceleration)
+        estimate = self._observer.step(
+            now, inbox.new(ODOMETRY), inbox.new(IMU), inbox.new(BASE_COMMAND)
+        )
+        self._state = ("valid" if estimate.valid else "invalid", estimate.reason)
+        return [(ESTIMATE, estimate)]
+
+    def prepare(self, verb: str, args: dict[str, Any]) -> Callable[[], Reply]:
+        """The observer answers no requests."""
+        raise ValueError(f"the observer does not answer {verb!r}")
+
+    def state(self) -> tuple[str, str]:
+        """Whether the newest estimate is valid, and why not."""
+        return self._state

@@ -1,0 +1,53 @@
+"""The simulated robot as a service."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, ClassVar
+
+from services import messages as m
+from services.service import Inbox, Outbox, Reply
+from services.topics import ARM_COMMAND, ARM_STATE, BASE_COMMAND, IMU, ODOMETRY, TRUTH, Topic
+from sim.scenario import Scenario
+from sim.simulator import Simulator
+
+
+class SimService:
+    """The simulated robot."""
+
+    name = "sim"
+    period = 0.001
+    inputs: tuple[Topic, ...] = (ARM_COMMAND, BASE_COMMAND)
+    verbs: tuple[str, ...] = ("disturb",)
+    _topic: ClassVar[dict[type[m.Message], Topic]] = {
+        m.ArmState: ARM_STATE,
+        m.Odometry: ODOMETRY,
+        m.Imu: IMU,
+        m.Truth: TRUTH,
+    }
+
+    def __init__(self, scenario: Scenario, seed: int) -> None:
+        self.simulator = Simulator(scenario, seed)
+        self._now = 0.0
+
+    def step(self, now: float, inbox: Inbox) -> Outbox:
+        """Publish what the robot senses at ``now``, then advance it by 1 ms."""
+        self._now = now
+        arm, base = inbox.latest(ARM_COMMAND), inbox.latest(BASE_COMMAND)
+        return [(self._topic[type(x)], x) for x in self.simulator.step(now, arm, base)]
+
+    def prepare(self, verb: str, args: dict[str, Any]) -> Callable[[], Reply]:
+        """``disturb``: kind and its options."""
+        options = dict(args)
+        kind = str(options.pop("kind", ""))
+        made = self.simulator.make_disturbance(kind, options, self._now)
+
+        def act() -> Reply:
+            begun = self.simulator.disturb(made, self._now)
+            return Reply(True, f"{kind} from t = {begun.t:.3f} s")
+
+        return act
+
+    def state(self) -> tuple[str, str]:
+        """Running, and what disturbs it."""
+        return "running", ""
