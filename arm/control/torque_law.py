@@ -31,7 +31,7 @@ class Gains:
     """Low-pass of the velocity error [Hz]."""
     acceleration_filter: float = 60.0
     """Low-pass of the reference's acceleration [Hz]."""
-    friction_width: float = 0.003
+    friction_width: float = 0.0015
     """Speed over which the Coulomb feed-forward changes sign [rad/s]."""
     friction_rate: float = 2.0
     """Adaptation of the Coulomb level [1/s]."""
