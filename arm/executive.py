@@ -14,7 +14,7 @@ from pathlib import PurePath
 import numpy as np
 from numpy.typing import NDArray
 
-from arm.control import solve
+from arm.control import LowPass, solve
 from arm.control.torque_law import Gains, TorqueLaw
 from arm.hds import Automaton, Program
 from arm.limits import Limits
@@ -37,6 +37,10 @@ LEAVING = 0.01
 """Left of the arm's reach when an arm that only keeps its place lets go of it [m]."""
 MARGIN_TICKS = 5
 """The distance to the end of the arm's reach is looked at every so many ticks."""
+TOUCH = 0.3
+"""Pressing force that means contact [N], ..."""
+TOUCH_FILTER = 20.0
+"""... after a low-pass of this cut-off [Hz]."""
 STATUS_PERIOD = 0.02
 """[s]"""
 
@@ -73,6 +77,7 @@ class Executive:
         self._interrupted: _Interrupted | None = None
         self._desired = np.zeros(3)
         self._last = Step(None, np.zeros(3), np.zeros(3))
+        self._felt = LowPass(TOUCH_FILTER)
         self._base = STANDING
         self._lost = 0.0
         self._t: float | None = None
@@ -137,7 +142,7 @@ class Executive:
         """Give the program up, let go of the board, hold still."""
         if self.state == "protective_stop":
             raise ValueError(f"the arm is in protective stop: {self.reason}; reset it first")
-        touching = self.state in ("running", "resuming") and self._touching()
+        touching = self._touching()
         self._drop_program()
         self._retreat(AWAY if touching else 0.0)
         self._go("idle", "stopped by request")
@@ -159,6 +164,7 @@ class Executive:
         if self.state != "protective_stop":
             raise ValueError(f"the arm is {self.state}, not in protective stop")
         self._t = None  # take the present joint positions for the reference
+        self._limits.excuse()
         self._go("idle", "")
 
     # --- the tick ---------------------------------------------------------------------------
@@ -192,13 +198,15 @@ class Executive:
         if self._ticks % MARGIN_TICKS == 1:
             self._reach = self._limits.reach_margin()
         reach = self._reach
+        force = float(-self._R_OS[:, 2] @ contact)
+        self._felt.step(force, dt)
         context = Context(
             dt=dt,
             kinematics=kinematics,
             base=self._base,
             R_OS=self._R_OS,
             p_OS=self._p_OS,
-            force=float(-self._R_OS[:, 2] @ contact),
+            force=force,
             reach_margin=reach,
             desired=self._desired,
             velocity=self._last.velocity,
@@ -228,7 +236,7 @@ class Executive:
             state.wrench,
             self._law.saturated,
             reference.clamped,
-            reach if self.state in ("running", "resuming") else 1.0,
+            reach if self.state in ("running", "resuming") else None,
         )
         if violated is not None:
             self.protective_stop(violated)
@@ -244,7 +252,7 @@ class Executive:
         if isinstance(self._control, Station):
             self._retreat(0.0)
         self._last = Step(None, self._last.desired, np.zeros(3))
-        if self.state in ("running", "resuming"):
+        if self._t is not None and self.state in ("running", "resuming"):
             self._interrupt("safe_hold", "the arm's own state was late")
 
     def _follow_platform(self, dt: float, now: float, estimate: Estimate | None) -> None:
@@ -353,7 +361,7 @@ class Executive:
     def _touching(self) -> bool:
         """Whether the tool may be in contact."""
         pressing = self._control is not None and self._control.pressing
-        return pressing or self._last.filtered > 0.3
+        return pressing or self._felt.value > TOUCH
 
     # --- what people see ----------------------------------------------------------------------
 

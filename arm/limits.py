@@ -16,6 +16,8 @@ PATIENCE = 0.1
 """How long torque or reference may stand at its limit before the arm stops [s]."""
 JOINT_MARGIN = 0.02
 """Distance to a joint limit that must be left [rad]."""
+EXCUSED = 0.005
+"""How much further a limit already left may be left on the way back [rad, m]."""
 TRACKING = 0.15
 """Largest difference of reference and measured joint position [rad]."""
 
@@ -39,7 +41,13 @@ class Limits:
         self._saturated = 0.0
         self._clamped = 0.0
         self._speed = np.zeros(6)
+        self._joint_floor = JOINT_MARGIN
+        self._reach_floor = 0.0
         self.joint_margin = 0.0
+
+    def excuse(self) -> None:
+        """After a reset: a joint or reach limit that is still left may be come back from."""
+        self._joint_floor = self._reach_floor = -math.inf
 
     def reach_margin(self) -> float:
         """Distance left before the arm is stretched out, at the state last placed [m]."""
@@ -54,7 +62,7 @@ class Limits:
         wrench: Array,
         saturated: bool,
         clamped: bool,
-        reach_margin: float,
+        reach_margin: float | None,
     ) -> str | None:
         """Name and figures of the first limit that is left, or None.
 
@@ -66,7 +74,7 @@ class Limits:
             wrench: force [N] and moment [N m] at the wrist, shape (6,).
             saturated: a torque was clamped at this tick.
             clamped: the reference's rates were clamped at this tick.
-            reach_margin: see ``reach_margin`` [m].
+            reach_margin: see ``reach_margin`` [m]; None where it does not matter.
         """
         # encoder differences are noisy: judge the speed over about 10 ms
         self._speed += min(dt / 0.01, 1.0) * (qd - self._speed)
@@ -78,10 +86,13 @@ class Limits:
         if force > self._force:
             return f"force limit at the wrist: {force:.0f} N of {self._force:.0f} N"
         margin = self.joint_margin = self.model.joint_margin(q)
-        if margin < JOINT_MARGIN:
+        if margin < self._joint_floor:
             return f"joint limit: {margin:.3f} rad left of {JOINT_MARGIN} rad"
-        if reach_margin < 0.0:
-            return f"reach limit: {-1000 * reach_margin:.0f} mm beyond"
+        self._joint_floor = min(max(self._joint_floor, margin - EXCUSED), JOINT_MARGIN)
+        if reach_margin is not None:
+            if reach_margin < self._reach_floor:
+                return f"reach limit: {-1000 * reach_margin:.0f} mm beyond"
+            self._reach_floor = min(max(self._reach_floor, reach_margin - EXCUSED), 0.0)
         error = np.abs(q_ref - q)
         i = int(error.argmax())
         if error[i] > TRACKING:

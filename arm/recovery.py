@@ -12,6 +12,12 @@ AWAY = 0.06
 """How far the tool moves back from what it touched [m]."""
 AWAY_SPEED = 0.25
 """[m/s]; faster than the platform can roll towards the board while it stops."""
+AWAY_ACCELERATION = 0.6
+"""[m/s^2]; the contact is gone after about 0.1 s."""
+AWAY_GAIN = 8.0
+"""The last part of the way is left behind at this rate [1/s] ..."""
+AWAY_REST = 1e-4
+"""... until so much of it remains [m]."""
 STATION_SPEED = 0.1
 """[m/s]"""
 RETURN_SPEED = 0.08
@@ -39,20 +45,25 @@ class Retreat:
         self._distance = distance
 
     def enter(self, context: Context) -> None:
-        """Start at once: there is no time for a gentle ramp."""
+        """Start from rest.
+
+        The ramp is the retreat's own: fading in from what was done before would take longer
+        than the way itself, and end in the wrong direction.
+        """
         self._gone = 0.0
-        self._speed = AWAY_SPEED if self._distance > 0 else 0.0
+        self._speed = 0.0
         self._position = Position(np.eye(3), gain=0.0)
         self._orientation = Orientation(context.kinematics.R, gain=0.0)
 
     def update(self, context: Context) -> Step:
         """The objective is None once the tool is away."""
-        if self._gone >= self._distance:
-            return Step(None, context.tip, np.zeros(3))
         left = self._distance - self._gone
-        speed = min(self._speed, 0.02 + 8.0 * left)
-        self._gone += speed * context.dt
-        self._position.track(np.zeros(3), -speed * context.kinematics.R[:, 2])
+        if left < AWAY_REST:
+            return Step(None, context.tip, np.zeros(3))
+        self._speed = min(self._speed + AWAY_ACCELERATION * context.dt, AWAY_SPEED)
+        self._speed = min(self._speed, AWAY_GAIN * left)
+        self._gone += self._speed * context.dt
+        self._position.track(np.zeros(3), -self._speed * context.kinematics.R[:, 2])
         return Step(self._orientation.subject_to(self._position), context.tip, np.zeros(3))
 
 
