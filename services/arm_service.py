@@ -15,6 +15,9 @@ from services.service import Inbox, Outbox, Reply, act_on
 from services.topics import ARM_COMMAND, ARM_STATE, ARM_STATUS, ESTIMATE, Topic
 from sim.scenario import Scenario
 
+SETTLE = 0.4
+"""An arm that has just begun to hold itself waits this long before its program starts [s]."""
+
 
 class ArmService:
     """The arm's executive."""
@@ -33,6 +36,7 @@ class ArmService:
         if restarted:
             self._executive.reason = "restarted; start the program again when the robot is clear"
         self._t = -1.0
+        self._first: float | None = None
 
     def step(self, now: float, inbox: Inbox) -> Outbox:
         """Answer the newest arm state, once."""
@@ -41,7 +45,9 @@ class ArmService:
             return []
         self._t = state.t
         estimate = inbox.latest(ESTIMATE)
-        if self._waiting and now >= self._start_at and estimate is not None and estimate.valid:
+        self._first = self._first if self._first is not None else state.t
+        due = max(self._start_at, self._first + SETTLE)
+        if self._waiting and now >= due and estimate is not None and estimate.valid:
             self._waiting = False
             assert self._program is not None
             self._executive.start(self._program)

@@ -14,6 +14,8 @@ from sim.scenario import Scenario
 
 ARM_SILENT = 0.1
 """The platform stops when an arm that was heard has been silent for this long [s]."""
+FAILED = ("safe_hold", "protective_stop")
+WORKING = ("running", "resuming", "paused", "finished")
 
 
 class BaseService:
@@ -28,22 +30,43 @@ class BaseService:
         self._platform = Platform(load_robot(scenario.robot), scenario.task.base, restarted)
         self._status = m.BaseStatus(t=0.0)
         self._stopped_for_arm = False
+        self._asked_to_stop = False
 
     def step(self, now: float, inbox: Inbox) -> Outbox:
         """One decision of the arbiter."""
         arm = inbox.latest(ARM_STATUS)
-        reason = ""
-        if arm is not None and inbox.age(ARM_STATUS, now) > ARM_SILENT:
-            reason = "the arm is silent"
-        elif arm is not None and arm.state in ("safe_hold", "protective_stop"):
-            reason = f"the arm is in {arm.state}"  # and does not make up for our motion
-        if reason and not self._stopped_for_arm:
-            self._platform.stop(reason)
-        elif self._stopped_for_arm and not reason:
-            self._platform.resume()
-        self._stopped_for_arm = bool(reason)
+        self._mind(arm, inbox.age(ARM_STATUS, now))
         command, self._status = self._platform.step(now, inbox.latest(ESTIMATE), arm)
         return [(BASE_COMMAND, command), (BASE_STATUS, self._status)]
+
+    def _mind(self, arm: m.ArmStatus | None, age: float) -> None:
+        """Stop while the arm cannot make up for our motion; go on when it can again.
+
+        An arm that was never heard is no reason to stand, and neither is one that was always
+        idle. One that failed must be seen to work, or a person says ``resume``.
+        """
+        if arm is None:
+            return
+        reason = ""
+        if age > ARM_SILENT:
+            reason = "the arm is silent"
+        elif arm.state in FAILED:
+            reason = f"the arm is in {arm.state}"
+        if reason and not self._stopped_for_arm:
+            self._stopped_for_arm = True
+            self._platform.stop(reason)
+        elif self._stopped_for_arm and not reason and arm.state in WORKING:
+            self._stopped_for_arm = False
+            if not self._asked_to_stop:
+                self._platform.resume()
+
+    def _stop(self) -> None:
+        self._asked_to_stop = True
+        self._platform.stop()
+
+    def _resume(self) -> None:
+        self._stopped_for_arm = self._asked_to_stop = False
+        self._platform.resume()
 
     def prepare(self, verb: str, args: dict[str, Any]) -> Callable[[], Reply]:
         """``goal`` x, y, heading; ``behaviour`` and its options; ``stop``; ``resume``."""
@@ -51,8 +74,8 @@ class BaseService:
         acts: dict[str, Callable[[], None]] = {
             "goal": lambda: platform.set_goal(**{k: float(v) for k, v in args.items()}),
             "behaviour": lambda: platform.set_behaviour(**args),
-            "stop": platform.stop,
-            "resume": platform.resume,
+            "stop": self._stop,
+            "resume": self._resume,
         }
         return act_on(acts, verb)
 

@@ -27,6 +27,7 @@ app = typer.Typer(
 app.add_typer(program, name="program")
 app.add_typer(bench, name="bench")
 app.add_typer(cli_requests.arm, name="arm")
+app.add_typer(cli_requests.base, name="base")
 app.command()(cli_run.run)
 app.command()(cli_requests.disturb)
 app.command()(watch.watch)

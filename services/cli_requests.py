@@ -10,6 +10,7 @@ import typer
 from services.cli_common import Json, Robot, RunDir, request
 
 arm = typer.Typer(help="Ask the arm.", no_args_is_help=True)
+base = typer.Typer(help="The running platform.", no_args_is_help=True)
 
 
 def disturb(
@@ -99,3 +100,30 @@ def pause(robot: Robot = "r1", run_dir: RunDir = None, json: Json = False) -> No
 def resume(robot: Robot = "r1", run_dir: RunDir = None, json: Json = False) -> None:
     """Resume a paused program."""
     request("arm", "resume", {}, robot, run_dir, json)
+
+
+@base.command("goal")
+def goal(
+    x: Annotated[
+        float, typer.Argument(help="In the odometry frame, from start [m].".replace("[", "\\["))
+    ],
+    y: Annotated[float, typer.Argument(help="To the left.")],
+    heading: Annotated[float, typer.Argument(help="Counter-clockwise, radians.")] = 0.0,
+    robot: Robot = "r1",
+    run_dir: RunDir = None,
+    json: Json = False,
+) -> None:
+    """Drive the platform to a pose."""
+    request("base", "goal", {"x": x, "y": y, "heading": heading}, robot, run_dir, json)
+
+
+@base.command("stop")
+def stop_base(robot: Robot = "r1", run_dir: RunDir = None, json: Json = False) -> None:
+    """Bring the platform to rest until it is told to resume."""
+    request("base", "stop", {}, robot, run_dir, json)
+
+
+@base.command("resume")
+def resume_base(robot: Robot = "r1", run_dir: RunDir = None, json: Json = False) -> None:
+    """Let the platform go on with its task."""
+    request("base", "resume", {}, robot, run_dir, json)

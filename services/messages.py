@@ -27,6 +27,7 @@ __all__ = [
     "BadMessage",
     "BaseCommand",
     "BaseStatus",
+    "Clock",
     "Estimate",
     "Health",
     "Imu",
@@ -82,6 +83,11 @@ class ArmState(Message):
     tau: Array = array(DOF, unit="N m", lo=-1000, hi=1000)
     wrench: Array = array(6, unit="N, N m", lo=-1e4, hi=1e4)
     """Force [N] then moment [N m] of the world on the tool, in the load cell's frame T."""
+
+
+@dataclass(frozen=True, slots=True)
+class Clock(Message):
+    """The robot's time, as it is sent."""
 
 
 @dataclass(frozen=True, slots=True)

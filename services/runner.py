@@ -12,13 +12,17 @@ from typing import Protocol
 from services.bus import Bus
 from services.clock import RobotClock
 from services.loop import HEARTBEAT, Driven, FixedRate, LoopStatistics, heartbeat
-from services.messages import Message
+from services.messages import Clock, Message
 from services.requests import Requests
 from services.service import Inbox, Service
-from services.topics import HEALTH, Topic
+from services.topics import CLOCK, HEALTH, Topic
 
 ROBOT = "sim"
 """The process that is the robot: what it owns carries robot time."""
+
+
+CLOCK_TICKS = 5
+"""Ticks of the robot between two messages that say its time."""
 
 
 class Pace(Protocol):
@@ -77,7 +81,7 @@ class Grid:
         slip: takes robot time back by so much [s].
     """
 
-    CATCH_UP = 20  # ticks
+    CATCH_UP = 2  # ticks: more at once and the arm would be steered by what it was told long ago
 
     def __init__(self, period: float, slip: Callable[[float], None] = lambda seconds: None) -> None:
         self._period = period
@@ -127,7 +131,7 @@ def run_live(
         pace = Driven(service.period, bus.arrived, lambda: bus.arrived_at)
     else:
         pace = FixedRate(service.period, spin)
-    extra = () if service.name == ROBOT else (HEALTH[ROBOT],)
+    extra = () if service.name == ROBOT or trigger is not None else (CLOCK,)
     for topic in (*service.inputs, *extra):
         bus.hear(topic)
     inbox = Inbox((*service.inputs, *extra))
@@ -143,6 +147,8 @@ def run_live(
             heart.beat(0.0, inbox, ("waiting", "no robot time heard yet"))
             continue
         for instant in grid.due(now) if grid is not None else (now,):
+            if grid is not None and round(instant / service.period) % CLOCK_TICKS == 0:
+                bus.publish(CLOCK, Clock(t=instant))
             for topic, message in service.step(instant, inbox):
                 bus.publish(topic, message)
         heart.beat(now, inbox)

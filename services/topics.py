@@ -9,8 +9,11 @@ from services import messages as m
 
 M = TypeVar("M", bound=m.Message)
 
-SERVICES = ("sim", "observer", "base", "arm")
-"""The processes that are the robot's system, in the order in which they start."""
+SERVICES = ("sim", "observer", "arm", "base")
+"""The processes that are the robot's system, in the order in which they start.
+
+The base is last: nothing drives before the arm holds itself.
+"""
 RECORDER = "recorder"
 """The process that only listens."""
 PROCESSES = (RECORDER, *SERVICES)
@@ -42,6 +45,7 @@ class Topic(Generic[M]):
 
 
 ARM_STATE = Topic("robot/arm_state", m.ArmState, "sim", 1000, 0.05, control=True, log_rate=200)
+CLOCK = Topic("robot/clock", m.Clock, "sim", 200, 0.5, control=True, log_rate=5)
 ODOMETRY = Topic("robot/odometry", m.Odometry, "sim", 20, 0.5, control=True, depth=64)
 IMU = Topic("robot/imu", m.Imu, "sim", 100, 0.1, control=True, depth=256)
 ARM_COMMAND = Topic("arm/command", m.ArmCommand, "arm", 1000, 0.05, control=True, log_rate=200)
@@ -58,6 +62,7 @@ TICK = {s: Topic(f"{s}/tick", m.Tick, s, 1000, 1e9, depth=8) for s in SERVICES i
 
 _ALL: tuple[Topic[Any], ...] = (
     ARM_STATE,
+    CLOCK,
     ODOMETRY,
     IMU,
     ARM_COMMAND,
