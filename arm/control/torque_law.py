@@ -27,7 +27,7 @@ class Gains:
     """Of the joint error, critically damped [rad/s]."""
     integral: float = 8.0
     """Rate of the integral action [1/s]."""
-    velocity_filter: float = 40.0
+    velocity_filter: float = 80.0
     """Low-pass of the velocity error [Hz]."""
     acceleration_filter: float = 60.0
     """Low-pass of the reference's acceleration [Hz]."""
