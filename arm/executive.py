@@ -101,6 +101,8 @@ class Executive:
         """
         if self.state not in ("idle", "finished"):
             raise ValueError(f"the arm is {self.state}{self._because()}; {self._way_out()}")
+        if self._lost > 0.0:
+            raise ValueError("no valid estimate of the platform yet")
         self._automaton = Automaton(program)
         self._automaton.start()
         self._strokes = 0

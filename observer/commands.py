@@ -16,7 +16,7 @@ class CommandHistory:
         silence: after this long without a new command the drive stops by itself [s].
     """
 
-    def __init__(self, silence: float = 0.15) -> None:
+    def __init__(self, silence: float = 0.1) -> None:
         self.silence = silence
         self._times: list[float] = []
         self._values: list[Command] = []

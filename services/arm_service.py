@@ -15,9 +15,6 @@ from services.service import Inbox, Outbox, Reply, act_on
 from services.topics import ARM_COMMAND, ARM_STATE, ARM_STATUS, ESTIMATE, Topic
 from sim.scenario import Scenario
 
-SETTLE = 0.4
-"""An arm that has just begun to hold itself waits this long before its program starts [s]."""
-
 
 class ArmService:
     """The arm's executive."""
@@ -27,16 +24,16 @@ class ArmService:
     inputs: tuple[Topic, ...] = (ARM_STATE, ESTIMATE)
     verbs: tuple[str, ...] = ("start", "pause", "resume", "stop", "reset", "protective_stop")
 
-    def __init__(self, scenario: Scenario, restarted: bool) -> None:
+    def __init__(self, scenario: Scenario, live: bool, restarted: bool) -> None:
         self._executive = Executive(scenario.robot, scenario.task.board)
         path = scenario.program_path()
         self._program: Program | None = load(path, REGISTRY) if path else None
         self._start_at = scenario.task.start_at
-        self._waiting = scenario.task.autostart and self._program is not None and not restarted
+        # live, the supervisor starts the program, once every service is there
+        self._waiting = scenario.task.autostart and self._program is not None and not live
         if restarted:
             self._executive.reason = "restarted; start the program again when the robot is clear"
         self._t = -1.0
-        self._first: float | None = None
 
     def step(self, now: float, inbox: Inbox) -> Outbox:
         """Answer the newest arm state, once."""
@@ -45,9 +42,7 @@ class ArmService:
             return []
         self._t = state.t
         estimate = inbox.latest(ESTIMATE)
-        self._first = self._first if self._first is not None else state.t
-        due = max(self._start_at, self._first + SETTLE)
-        if self._waiting and now >= due and estimate is not None and estimate.valid:
+        if self._waiting and now >= self._start_at and estimate is not None and estimate.valid:
             self._waiting = False
             assert self._program is not None
             self._executive.start(self._program)

@@ -62,6 +62,7 @@ def up(
     from services.process import FACTORY
     from services.supervisor import Plan, Supervisor
     from services.topics import PROCESSES, SERVICES
+    from sim.scenario import load_scenario
 
     if rt not in ("auto", "on", "off"):
         fail(f"--rt is auto, on or off, not {rt!r}", 2)
@@ -84,6 +85,7 @@ def up(
         until_finished=until_finished,
         log=folder / "run.mcap",
         services=SERVICES if factory else PROCESSES,
+        start_program=not factory and not paced and load_scenario(scenario).task.autostart,
     )
     events: list[Event] = []
 

@@ -21,9 +21,11 @@ from services.endpoints import local, make_run_dir
 from services.messages import Health
 from services.pool import Pool
 from services.process import FACTORY
+from services.requests import NoAnswer, ask
 from services.topics import HEALTH, PROCESSES, RECORDER
 
 POLL = 0.05  # [s]
+START_TRIES = 20
 ENDED = ("finished", "protective_stop")
 
 
@@ -55,6 +57,7 @@ class Plan:
         hang: a heartbeat that makes no progress for this long is a hang [s].
         start: a service must be ready within this [s].
         until_finished: end when the arm's program has.
+        start_program: live only: have the arm start its program once every service is ready.
         log: file the recorder writes; None for its default.
         services: in starting order.
     """
@@ -71,6 +74,7 @@ class Plan:
     hang: float = 1.0
     start: float = 30.0
     until_finished: bool = False
+    start_program: bool = False
     log: Path | None = None
     services: tuple[str, ...] = PROCESSES
     factory: str = FACTORY
@@ -134,6 +138,8 @@ class Supervisor:
                 self._bus = bus
                 for name in self.plan.services:
                     await self._bring_up(name)
+                if self.plan.start_program and not self._stop.is_set():
+                    await self._start_program()
                 end = time.monotonic() + (self.plan.duration or float("inf"))
                 while not self._stop.is_set() and time.monotonic() < end:
                     await self._watch()
@@ -151,6 +157,23 @@ class Supervisor:
             await self._watch()
             if watched.failures >= STARTS:
                 raise StartFailed(self._why(name))
+
+    async def _start_program(self) -> None:
+        """Ask the arm; try again while what it needs is on its way."""
+        reason = ""
+        for _ in range(START_TRIES):
+            await self._watch()
+            try:
+                reply = await asyncio.to_thread(
+                    ask, self._bus.session, self.plan.robot, "arm", "start", {}
+                )
+            except NoAnswer as error:
+                reason = str(error)
+                continue
+            if reply.accepted:
+                return
+            reason = reply.reason
+        self._tell("arm", "refused", f"to start its program: {reason}")
 
     def _why(self, name: str) -> str:
         log = self._pool.log_file(name)

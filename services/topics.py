@@ -49,7 +49,7 @@ CLOCK = Topic("robot/clock", m.Clock, "sim", 200, 0.5, control=True, log_rate=5)
 ODOMETRY = Topic("robot/odometry", m.Odometry, "sim", 20, 0.5, control=True, depth=64)
 IMU = Topic("robot/imu", m.Imu, "sim", 100, 0.1, control=True, depth=256)
 ARM_COMMAND = Topic("arm/command", m.ArmCommand, "arm", 1000, 0.05, control=True, log_rate=200)
-BASE_COMMAND = Topic("base/command", m.BaseCommand, "base", 20, 0.15, control=True, depth=8)
+BASE_COMMAND = Topic("base/command", m.BaseCommand, "base", 20, 0.1, control=True, depth=8)
 ESTIMATE = Topic(
     "observer/estimate", m.Estimate, "observer", 1000, 0.05, control=True, log_rate=200
 )

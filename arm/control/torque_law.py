@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 class Gains:
     """Of the torque law; docs/tuning.md says how to choose them."""
 
-    bandwidth: float = 60.0
+    bandwidth: float = 50.0
     """Of the joint error, critically damped [rad/s]."""
     integral: float = 8.0
     """Rate of the integral action [1/s]."""
@@ -31,7 +31,7 @@ class Gains:
     """Low-pass of the velocity error [Hz]."""
     acceleration_filter: float = 60.0
     """Low-pass of the reference's acceleration [Hz]."""
-    friction_width: float = 0.0015
+    friction_width: float = 0.001
     """Speed over which the Coulomb feed-forward changes sign [rad/s]."""
     friction_rate: float = 2.0
     """Adaptation of the Coulomb level [1/s]."""
@@ -100,7 +100,7 @@ class TorqueLaw:
         )
         w = g.bandwidth
         feedback = 2.0 * w * self._velocity_error + w * w * (error + g.integral * self._integral)
-        tau = self._model.torque(self._qdd_ref + feedback, base.acceleration)
+        tau = self._model.torque(self._qdd_ref, feedback, base.acceleration)
         direction = np.tanh(qd_ref / g.friction_width)
         tau += self.coulomb * direction + self._viscous * qd_ref + kinematics.J[:3].T @ contact
         limited = np.minimum(np.maximum(tau, -self.limit), self.limit)

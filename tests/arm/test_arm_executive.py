@@ -96,7 +96,7 @@ def test_lost_estimate_leads_to_a_safe_hold(how: str) -> None:
     assert_line_drawn(rig)
 
 
-def assert_line_drawn(rig: Rig, within: float = 3e-4) -> None:
+def assert_line_drawn(rig: Rig, within: float = 4e-4) -> None:
     """The 30 mm line at 225 deg from the first contact is drawn; ``within`` is in metres."""
     tip, force = np.array(rig.tip), np.array(rig.force)
     drawn = tip[force > 0.5, :2]
@@ -121,19 +121,19 @@ def test_estimate_lost_while_letting_go_still_releases_the_board() -> None:
     assert rig.force[-1] == 0.0
 
 
-def test_start_without_an_estimate_moves_nothing() -> None:
-    """A program started blind waits in a safe hold; it runs only once it is resumed with sight."""
+def test_start_without_an_estimate_is_refused_and_moves_nothing() -> None:
+    """A program is not started blind; with sight it runs."""
     rig = at_rest()
     rig.sense = silent
     rig.run(0.01)
-    rig.arm.start(program(STROKE))
+    with pytest.raises(ValueError, match="no valid estimate"):
+        rig.arm.start(program(STROKE))
     rig.run(0.5)
-    assert rig.arm.state == "safe_hold"
-    assert "no estimate" in rig.status.reason
+    assert rig.arm.state == "idle"
     assert np.ptp(np.array(rig.tip)[20:], axis=0).max() < 1e-3
     rig.sense = lambda estimate: estimate
     rig.run(0.01)
-    rig.arm.resume()
+    rig.arm.start(program(STROKE))
     rig.until_state("finished", 5.0)
     assert_line_drawn(rig)
 

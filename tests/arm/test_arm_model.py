@@ -42,7 +42,7 @@ def test_gravity_load_is_the_published_one(
     monkeypatch.setattr(model, "_skeleton", skeleton)
     monkeypatch.setattr(model, "_pen", skeleton.getBodyNode("pen"))
     model.place(STANDING, np.array(q, dtype=float), np.zeros(6))
-    tau = model.torque(np.zeros(6), np.zeros(3))
+    tau = model.torque(np.zeros(6), np.zeros(6), np.zeros(3))
     np.testing.assert_allclose(tau, load, atol=5e-5)
 
 
@@ -70,7 +70,7 @@ def test_torque_gives_the_acceleration_it_was_asked_for(model: ArmModel, seed: i
     rng = np.random.default_rng(100 + seed)
     wanted = rng.uniform(-5, 5, 6)
     model.place(base, q, qd)
-    tau = model.torque(wanted, base.acceleration)
+    tau = model.torque(wanted, np.zeros(6), base.acceleration)
     _, skeleton = load_skeleton(ROBOT)
     for name in ("platform_x", "platform_y", "platform_heading", "pen_spring"):
         skeleton.getJoint(name).setActuatorType(dart.dynamics.ActuatorType.ACCELERATION)
@@ -117,3 +117,30 @@ def test_joint_margin_is_negative_beyond_a_limit(model: ArmModel) -> None:
     assert model.joint_margin(q) == pytest.approx(0.03)
     q[1] = model.q_lower[1] - 0.01
     assert model.joint_margin(q) == pytest.approx(-0.01)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_feedback_is_what_the_joints_get_on_a_platform_that_recoils(
+    model: ArmModel, seed: int
+) -> None:
+    """Added feedback torque adds just that joint acceleration when nothing holds the platform."""
+    base, q, qd = random_state(seed)
+    feedback = np.random.default_rng(200 + seed).uniform(-5, 5, 6)
+    model.place(base, q, qd)
+    without = model.torque(np.zeros(6), np.zeros(6), base.acceleration)
+    with_it = model.torque(np.zeros(6), feedback, base.acceleration)
+    _, skeleton = load_skeleton(ROBOT)
+    skeleton.getJoint("pen_spring").setActuatorType(dart.dynamics.ActuatorType.ACCELERATION)
+    positions, velocities = np.zeros(DOFS), np.zeros(DOFS)
+    positions[PLATFORM], positions[ARM] = base.pose, q
+    velocities[PLATFORM], velocities[ARM] = base.velocity, qd
+    got = []
+    for tau in (without, with_it):
+        skeleton.setPositions(positions)
+        skeleton.setVelocities(velocities)
+        commands = np.zeros(DOFS)
+        commands[ARM] = tau
+        skeleton.setCommands(commands)
+        skeleton.computeForwardDynamics()
+        got.append(skeleton.getAccelerations()[ARM])
+    np.testing.assert_allclose(got[1] - got[0], feedback, rtol=1e-6, atol=1e-6)
