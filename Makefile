@@ -48,7 +48,7 @@ format: setup  ## put the code into the project's format
 	$(BIN)/ruff check --fix
 
 demo: setup  ## draw on the whiteboard from a moving platform, live (SCENARIO=... for another)
-	$(BIN)/steadyhand up $(SCENARIO)
+	$(BIN)/steadyhand up $(SCENARIO) --until-finished --for 120
 
 # uv resolves for every platform and Python at once; it is used here and nowhere else
 lock:  ## resolve the dependencies anew into requirements.lock

@@ -34,7 +34,9 @@ FADE_BASE = 0.15
 LONGEST_TICK = 0.05
 """After a gap in the arm's state longer than this the reference starts anew [s]."""
 LEAVING = 0.01
-"""Left of the arm's reach when an arm that only keeps its place lets go of it [m]."""
+"""Left of the arm's reach when an arm that only keeps its place lets go of it [m] ..."""
+LEAVING_JOINT = 0.08
+"""... and of a joint's range [rad]."""
 MARGIN_TICKS = 5
 """The distance to the end of the arm's reach is looked at every so many ticks."""
 TOUCH = 0.3
@@ -288,7 +290,8 @@ class Executive:
             self._start_node = False
             context.desired = context.tip
             self._next_node(context)
-        if isinstance(self._control, Station) and context.reach_margin < LEAVING:
+        leaving = context.reach_margin < LEAVING or self._limits.joint_margin < LEAVING_JOINT
+        if isinstance(self._control, Station) and leaving:
             self._retreat(0.0)  # the platform drives away: come along
         if self._start_control and self._control is not None:
             self._start_control = False
@@ -307,6 +310,9 @@ class Executive:
     def _follow(self, event: str, context: Context) -> bool:
         """Act on an event; returns whether there is something new in control."""
         context.desired = self._desired
+        if self.state == "resuming" and event == "Out_of_Reach":
+            self._interrupt("safe_hold", "the board is not where it was")
+            return False
         if self.state == "resuming" and self._node is not None:
             self._control = self._node
             self._node.resume(context)

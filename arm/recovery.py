@@ -28,6 +28,8 @@ TOUCH = 1.0
 """Filtered force that means the pen is back on the board [N]."""
 TOUCH_SPEED = 0.02
 """[m/s]"""
+SEARCH = 0.03
+"""How far beyond where the board was the pen looks for it [m]."""
 REACHED = 1e-3
 """A way is over when the tip is this near [m]."""
 
@@ -125,7 +127,7 @@ class Return:
         self._filter = LowPass(20.0)
 
     def update(self, context: Context) -> Step:
-        """``Finished`` when the tip is back, and the pen on the board if it was."""
+        """``Finished`` when the tip is back, and on the board if it was; else ``Out_of_Reach``."""
         force = self._filter.step(context.force, context.dt)
         event = None
         if not self._profile.done:
@@ -140,6 +142,8 @@ class Return:
             self._end = desired = self._end + velocity * context.dt
             if force > TOUCH:
                 event = "Finished"
+            elif desired[2] < self._goal[2] - SEARCH:
+                event = "Out_of_Reach"
         self._position.track(context.p_OS + context.R_OS @ desired, context.R_OS @ velocity)
         objective = self._orientation.subject_to(self._position)
         return Step(objective, desired, velocity, event, filtered=force)
