@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.scenario import Bias, Bump, Delay, Dropout, Noise, Push, Slip, Timed
+from sim.disturbance import Bias, Bump, Delay, Dropout, Noise, Push, Slip, Timed
 
 Array = NDArray[np.float64]
 GRAVITY = 9.81

@@ -6,35 +6,23 @@ alone; controllers are given ``[task]`` (``deploy/task.py``) and the robot's des
 
 from __future__ import annotations
 
-import difflib
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal, get_args
+from typing import Annotated
 
-from pydantic import Field, PrivateAttr, TypeAdapter, ValidationError
+from pydantic import Field, PrivateAttr
 
 from deploy.robot import NonNegative, Positive, Robot
 from deploy.task import BoardPose, Documented, Pose2, Task, find_program
 from deploy.tomlfile import BadFile, load_toml
+from sim.disturbance import Disturbance, near
 
 __all__ = [
-    "KINDS",
     "SCENARIOS",
-    "Bias",
     "Board",
-    "Bump",
-    "Delay",
-    "Disturbance",
-    "Dropout",
     "Mismatch",
-    "Noise",
-    "Push",
     "Scenario",
     "Sensors",
-    "Slip",
     "World",
-    "describe",
-    "disturbance_from",
     "load_scenario",
     "scenario_names",
 ]
@@ -43,9 +31,7 @@ SCENARIOS = Path(__file__).parent / "scenarios"
 
 Fraction = Annotated[float, Field(ge=0, le=0.9)]
 Probability = Annotated[float, Field(ge=0, le=1)]
-Direction = Annotated[float, Field(ge=-360, le=360)]
 Nonnegative3 = tuple[NonNegative, NonNegative, NonNegative]
-Sensor = Literal["odometry", "imu"]
 
 
 # --- the world ------------------------------------------------------------------------------
@@ -156,180 +142,6 @@ class Sensors(Documented):
         return robot.model_copy(update=changed)
 
 
-# --- disturbances ---------------------------------------------------------------------------
-
-
-class Timed(Documented):
-    """Something that acts from ``t`` on."""
-
-    t: NonNegative
-    """Robot time at which it begins [s]."""
-
-    @property
-    def end(self) -> float:
-        """Robot time at which it ends [s]; infinite if it stays."""
-        return self.t + float(getattr(self, "duration", float("inf")))
-
-    def active(self, now: float) -> bool:
-        """Whether it acts at robot time ``now`` [s]."""
-        return self.t <= now < self.end
-
-
-class Push(Timed):
-    """A horizontal force on the platform or on an arm link, at its centre of mass."""
-
-    kind: Literal["push"] = "push"
-    duration: Annotated[float, Field(gt=0, le=60)] = 0.2
-    """[s]"""
-    force: Annotated[float, Field(ge=0, le=2000)]
-    """Magnitude [N]."""
-    direction: Direction = 0.0
-    """Towards, from x of the world counter-clockwise [deg]."""
-    on: Literal["platform", "link1", "link2", "link3", "link4", "link5", "link6"] = "platform"
-    """What is pushed."""
-
-
-class Bump(Timed):
-    """A vibration from the floor: sinusoidal, fading in and out over its duration."""
-
-    kind: Literal["bump"] = "bump"
-    duration: Annotated[float, Field(gt=0, le=60)] = 0.3
-    """[s]"""
-    amplitude: Annotated[float, Field(ge=0, le=20)] = 2.0
-    """Peak vertical acceleration [m/s^2]."""
-    yaw: Annotated[float, Field(ge=0, le=20)] = 0.0
-    """Peak yaw acceleration [rad/s^2]."""
-    frequency: Annotated[float, Field(gt=0, le=100)] = 10.0
-    """[Hz]"""
-
-
-class Slip(Timed):
-    """The wheels slip: the platform moves and the odometry does not see it."""
-
-    kind: Literal["slip"] = "slip"
-    duration: Annotated[float, Field(gt=0, le=60)] = 0.5
-    """[s]"""
-    distance: Annotated[float, Field(ge=0, le=2)]
-    """Moved unseen [m]."""
-    direction: Direction = 0.0
-    """Towards, from x of the world counter-clockwise [deg]."""
-
-
-class Dropout(Timed):
-    """A sensor says nothing."""
-
-    kind: Literal["dropout"] = "dropout"
-    duration: Annotated[float, Field(gt=0, le=3600)] = 1.0
-    """[s]"""
-    sensor: Sensor
-
-
-class Delay(Timed):
-    """A sensor's samples arrive later than they should; their stamps stay true."""
-
-    kind: Literal["delay"] = "delay"
-    duration: Annotated[float, Field(gt=0, le=3600)] = 1.0
-    """[s]"""
-    sensor: Sensor
-    extra: Annotated[float, Field(ge=0, le=1)]
-    """On top of the sensor's own delay [s]."""
-
-
-class Noise(Timed):
-    """A sensor's noise grows."""
-
-    kind: Literal["noise"] = "noise"
-    duration: Annotated[float, Field(gt=0, le=3600)] = 1.0
-    """[s]"""
-    sensor: Sensor
-    factor: Annotated[float, Field(ge=0, le=100)]
-    """Of the standard deviation [1]."""
-
-
-class Bias(Timed):
-    """An inertial sensor's bias jumps, and stays."""
-
-    kind: Literal["bias"] = "bias"
-    sensor: Literal["gyro", "accel"]
-    value: Annotated[float, Field(ge=-10, le=10)]
-    """Added to the bias: gyro [rad/s], accelerometer [m/s^2]."""
-    axis: Literal["x", "y", "z"] | None = None
-    """Of the sensor; z of a gyro and x of an accelerometer if not given."""
-
-    @property
-    def axis_index(self) -> int:
-        """0, 1 or 2."""
-        return "xyz".index(self.axis or ("z" if self.sensor == "gyro" else "x"))
-
-
-Disturbance = Annotated[
-    Push | Bump | Slip | Dropout | Delay | Noise | Bias, Field(discriminator="kind")
-]
-
-KINDS: dict[str, type[Timed]] = {
-    str(kind.model_fields["kind"].default): kind for kind in get_args(get_args(Disturbance)[0])
-}
-"""Every kind of disturbance by its name."""
-
-_DISTURBANCE: TypeAdapter[Any] = TypeAdapter(Disturbance)
-
-
-def describe(kind: str) -> dict[str, str]:
-    """The options of a kind of disturbance: name to meaning, allowed values and default."""
-    out = {}
-    for name, info in KINDS[kind].model_fields.items():
-        if name == "kind":
-            continue
-        schema = KINDS[kind].model_json_schema()["properties"][name]
-        schema = {**schema, **schema.get("anyOf", [{}])[0]}
-        parts = [(info.description or "").rstrip(".")]
-        if "enum" in schema:
-            parts.append("one of " + ", ".join(schema["enum"]))
-        lo = schema.get("minimum", schema.get("exclusiveMinimum"))
-        hi = schema.get("maximum")
-        if hi is not None:
-            parts.append(f"{lo:g} to {hi:g}")
-        if name == "t":
-            parts.append("default: now")
-        elif info.is_required():
-            parts.append("required")
-        elif info.default is not None:
-            parts.append(f"default {info.default}")
-        out[name] = "; ".join(part for part in parts if part)
-    return out
-
-
-def disturbance_from(kind: str, options: Mapping[str, Any], now: float) -> Timed:
-    """A disturbance asked for live.
-
-    Args:
-        kind: one of ``KINDS``.
-        options: its options, as numbers or as text; without ``t`` it begins now.
-        now: robot time [s].
-
-    Raises:
-        ValueError: unknown kind or option, or a value out of range; the text says what is allowed.
-    """
-    if kind not in KINDS:
-        raise ValueError(f"no disturbance {kind!r}{_near(kind, KINDS)}. Known: {', '.join(KINDS)}")
-    try:
-        made: Timed = _DISTURBANCE.validate_python({"t": max(now, 0.0), **options, "kind": kind})
-    except ValidationError as error:
-        allowed = describe(kind)
-        findings = []
-        for e in error.errors():
-            name = str(e["loc"][-1])
-            if e["type"] == "extra_forbidden":
-                findings.append(f"no option {name!r}{_near(name, allowed)}")
-            elif e["type"] == "missing":
-                findings.append(f"{name!r} is missing")
-            else:
-                findings.append(f"{name} = {e['input']!r}: {e['msg']}")
-        listing = "\n".join(f"  {name}: {text}" for name, text in allowed.items())
-        raise ValueError(f"{kind}: {'; '.join(findings)}. Allowed:\n{listing}") from None
-    return made
-
-
 # --- the scenario ---------------------------------------------------------------------------
 
 
@@ -390,14 +202,9 @@ def load_scenario(name_or_path: str | Path) -> Scenario:
             known = scenario_names()
             raise BadFile(
                 named,
-                [f"no scenario {path.name!r}{_near(path.name, known)}. Known: {', '.join(known)}"],
+                [f"no scenario {path.name!r}{near(path.name, known)}. Known: {', '.join(known)}"],
             )
         path = named
     scenario = load_toml(path, Scenario)
     scenario._path = path
     return scenario
-
-
-def _near(name: str, known: Mapping[str, Any] | list[str]) -> str:
-    near = difflib.get_close_matches(name, list(known), n=1)
-    return f" (did you mean {near[0]!r}?)" if near else ""

@@ -14,10 +14,11 @@ from services.messages import (
     Message,
     Truth,
 )
+from sim.disturbance import Timed, disturbance_from
 from sim.drive import HOLDING, Drive
 from sim.effects import effects_at
 from sim.physics import DT, Physics
-from sim.scenario import Scenario, Timed, disturbance_from
+from sim.scenario import Scenario
 from sim.sensors import ImuSensor, OdometrySensor
 
 Array = NDArray[np.float64]

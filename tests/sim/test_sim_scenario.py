@@ -11,16 +11,8 @@ import pytest
 from deploy.robot import load_robot
 from deploy.task import BoardPose
 from deploy.tomlfile import BadFile
-from sim.scenario import (
-    KINDS,
-    Bias,
-    Push,
-    Scenario,
-    describe,
-    disturbance_from,
-    load_scenario,
-    scenario_names,
-)
+from sim.disturbance import KINDS, Bias, Push, describe, disturbance_from
+from sim.scenario import Scenario, load_scenario, scenario_names
 
 
 @pytest.mark.parametrize("name", scenario_names())
