@@ -7,7 +7,6 @@ resets) and ``finished``.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from pathlib import PurePath
 
@@ -18,8 +17,9 @@ from arm.control import LowPass, solve
 from arm.control.torque_law import Gains, TorqueLaw
 from arm.hds import Automaton, Program
 from arm.limits import Limits
-from arm.model import STANDING, ArmModel, Base
+from arm.model import ArmModel
 from arm.nodes import REGISTRY, Context, Control, Step
+from arm.platform_motion import PlatformMotion
 from arm.recovery import AWAY, Retreat, Return, Station
 from arm.reference import JointReference
 from deploy.task import BoardPose
@@ -27,10 +27,6 @@ from services.messages import ArmCommand, ArmState, ArmStatus, Estimate
 
 Array = NDArray[np.float64]
 
-ESTIMATE_AGE = 0.05
-"""An estimate older than this is not to be trusted [s]."""
-FADE_BASE = 0.15
-"""Time constant with which the platform's velocity fades once its estimate is gone [s]."""
 LONGEST_TICK = 0.05
 """After a gap in the arm's state longer than this the reference starts anew [s]."""
 LEAVING = 0.01
@@ -80,8 +76,7 @@ class Executive:
         self._desired = np.zeros(3)
         self._last = Step(None, np.zeros(3), np.zeros(3))
         self._felt = LowPass(TOUCH_FILTER)
-        self._base = STANDING
-        self._lost = 0.0
+        self._platform = PlatformMotion()
         self._t: float | None = None
         self._event = ""
         self._strokes = 0
@@ -103,8 +98,8 @@ class Executive:
         """
         if self.state not in ("idle", "finished"):
             raise ValueError(f"the arm is {self.state}{self._because()}; {self._way_out()}")
-        if self._lost > 0.0:
-            raise ValueError("no valid estimate of the platform yet")
+        if self._platform.problem:
+            raise ValueError(f"no valid estimate yet: {self._platform.problem}")
         self._automaton = Automaton(program)
         self._automaton.start()
         self._strokes = 0
@@ -132,8 +127,8 @@ class Executive:
         """
         if self.state not in ("paused", "safe_hold"):
             raise ValueError(f"nothing to resume: the arm is {self.state}{self._because()}")
-        if self._lost > 0.0:
-            raise ValueError(f"cannot resume yet: {self.reason}")
+        if self._platform.problem:
+            raise ValueError(f"cannot resume yet: {self._platform.problem}")
         if self._interrupted is None:
             self._start_node = self._automaton is not None  # it had not begun
             self._go("running" if self._start_node else "idle", "")
@@ -193,10 +188,13 @@ class Executive:
             self._restart(state)
             dt = 0.001
         self._t = state.t
-        self._follow_platform(dt, state.t, estimate)
+        problem = self._platform.follow(dt, state.t, estimate)
+        if problem:
+            self._without_estimate(problem)
+        base = self._platform.base
         reference = self._reference
         reference.advance(dt)
-        kinematics = self.model.place(self._base, reference.q, reference.qd)
+        kinematics = self.model.place(base, reference.q, reference.qd)
         contact = kinematics.R @ -state.wrench[:3]  # of the tool on the world, in O
         self._ticks += 1
         if self._ticks % MARGIN_TICKS == 1:
@@ -207,7 +205,7 @@ class Executive:
         context = Context(
             dt=dt,
             kinematics=kinematics,
-            base=self._base,
+            base=base,
             R_OS=self._R_OS,
             p_OS=self._p_OS,
             force=force,
@@ -228,7 +226,7 @@ class Executive:
             state.qd,
             reference.q,
             reference.qd,
-            self._base,
+            base,
             kinematics,
             contact if self._touching() else np.zeros(3),
         )
@@ -259,28 +257,12 @@ class Executive:
         if self._t is not None and self.state in ("running", "resuming"):
             self._interrupt("safe_hold", "the arm's own state was late")
 
-    def _follow_platform(self, dt: float, now: float, estimate: Estimate | None) -> None:
-        """Advance the platform's motion to ``now``; without an estimate let it fade to rest."""
-        problem = None
-        if estimate is None:
-            problem = "no estimate of the platform yet"
-        elif now - estimate.t > ESTIMATE_AGE:
-            problem = f"estimate of the platform is {1000 * (now - estimate.t):.0f} ms old"
-        elif not estimate.valid:
-            problem = f"estimate of the platform is invalid: {estimate.reason}"
-        if problem is None and estimate is not None:
-            self._lost = 0.0
-            self._base = Base(estimate.pose, estimate.velocity, estimate.acceleration).after(
-                now - estimate.t
-            )
-            return
-        self._lost += dt
-        velocity = self._base.velocity * math.exp(-dt / FADE_BASE)
-        self._base = Base(self._base.pose + velocity * dt, velocity, np.zeros(3))
+    def _without_estimate(self, problem: str) -> None:
+        """Whatever relies on the platform's motion must stop relying on it."""
         if self.state in ("running", "resuming"):
-            self._interrupt("safe_hold", str(problem))
+            self._interrupt("safe_hold", problem)
         elif self.state == "safe_hold":
-            self.reason = str(problem)
+            self.reason = problem
         elif isinstance(self._control, Station):  # nothing to keep a place by
             self._retreat(0.0)
 

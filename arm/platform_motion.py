@@ -1,0 +1,48 @@
+"""What the arm takes the platform to be doing: the observer's estimate, brought to the present."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from arm.model import STANDING, Base
+from services.messages import Estimate
+
+ESTIMATE_AGE = 0.05
+"""An estimate older than this is not to be trusted [s]."""
+FADE = 0.15
+"""Time constant with which the platform's velocity fades once its estimate is gone [s]."""
+
+
+class PlatformMotion:
+    """Follows the estimate; without a usable one, lets the last known motion fade to rest.
+
+    Attributes:
+        base: the motion at the instant of the last ``follow``.
+        problem: why there is no usable estimate; empty if there is one.
+    """
+
+    def __init__(self) -> None:
+        self.base = STANDING
+        self.problem = ""
+
+    def follow(self, dt: float, now: float, estimate: Estimate | None) -> str:
+        """Advance to ``now`` [s], ``dt`` [s] after the last call; returns ``problem``."""
+        self.problem = _unusable(now, estimate)
+        if estimate is not None and not self.problem:
+            known = Base(estimate.pose, estimate.velocity, estimate.acceleration)
+            self.base = known.after(now - estimate.t)
+        else:
+            velocity = self.base.velocity * math.exp(-dt / FADE)
+            self.base = Base(self.base.pose + velocity * dt, velocity, np.zeros(3))
+        return self.problem
+
+
+def _unusable(now: float, estimate: Estimate | None) -> str:
+    if estimate is None:
+        return "no estimate of the platform yet"
+    age = now - estimate.t
+    if age > ESTIMATE_AGE:
+        return f"estimate of the platform is {1000 * age:.0f} ms old"
+    return "" if estimate.valid else f"estimate of the platform is invalid: {estimate.reason}"
