@@ -87,6 +87,7 @@ class Executive:
         self._start_node = False
         self._start_control = False
         self._resync = False
+        self._station_lost = False
 
     # --- requests: each raises ValueError with the reason when it cannot be granted -----------
 
@@ -106,6 +107,11 @@ class Executive:
         self._event = "start"
         self._go("running", "")
         self._start_node = True
+
+    @property
+    def sees(self) -> bool:
+        """Whether there is a usable estimate of the platform."""
+        return self._t is not None and not self._platform.problem
 
     def pause(self) -> None:
         """Let go of the board and wait.
@@ -144,6 +150,8 @@ class Executive:
         touching = self._touching()
         self._drop_program()
         self._retreat(AWAY if touching else 0.0)
+        if self.sees:
+            self._control = Station(AWAY if touching else 0.0)
         self._go("idle", "stopped by request")
 
     def protective_stop(self, reason: str) -> None:
@@ -191,6 +199,10 @@ class Executive:
         problem = self._platform.follow(dt, state.t, estimate)
         if problem:
             self._without_estimate(problem)
+        elif self._station_lost:
+            self._station_lost = False
+            if isinstance(self._control, Retreat) and self.state in ("paused", "finished", "idle"):
+                self._control, self._start_control = Station(0.0), True
         base = self._platform.base
         reference = self._reference
         reference.advance(dt)
@@ -263,8 +275,9 @@ class Executive:
             self._interrupt("safe_hold", problem)
         elif self.state == "safe_hold":
             self.reason = problem
-        elif isinstance(self._control, Station):  # nothing to keep a place by
+        elif isinstance(self._control, Station):  # nothing to keep a place by, for now
             self._retreat(0.0)
+            self._station_lost = True
 
     def _run(self, context: Context) -> None:
         """Step what is in control, and follow its events."""

@@ -12,9 +12,6 @@ from deploy.skeleton import ARM, DOFS, PLATFORM, load_skeleton
 
 Array = NDArray[np.float64]
 
-SHOULDER_HEIGHT = 0.672
-"""Of joint 2 above the arm's mounting flange [m]."""
-
 
 @dataclass(frozen=True)
 class Base:
@@ -79,7 +76,7 @@ class ArmModel:
         upper = self._skeleton.getPositionUpperLimits()[ARM]
         self.q_lower: Array = np.array(lower)
         self.q_upper: Array = np.array(upper)
-        self._shoulder = np.array([0.0, 0.0, self.robot.platform.height + SHOULDER_HEIGHT])
+        self._shoulder = self._skeleton.getBodyNode("link2")
 
     def place(self, base: Base, q: Array, qd: Array) -> Kinematics:
         """Set the model's state and return the kinematics of the pen tip there.
@@ -135,9 +132,10 @@ class ArmModel:
 
     def stretch(self) -> float:
         """Distance from shoulder to wrist at the state last placed [m]."""
-        wrist = np.asarray(self._wrist.getWorldTransform().translation()).reshape(3)
-        shoulder = self._shoulder.copy()
-        shoulder[:2] += self._positions[:2]
+        wrist, shoulder = (
+            np.asarray(body.getWorldTransform().translation()).reshape(3)
+            for body in (self._wrist, self._shoulder)
+        )
         return float(np.linalg.norm(wrist - shoulder))
 
     def joint_margin(self, q: Array) -> float:

@@ -31,7 +31,9 @@ TOUCH_SPEED = 0.02
 SEARCH = 0.03
 """How far beyond where the board was the pen looks for it [m]."""
 REACHED = 1e-3
-"""A way is over when the tip is this near [m]."""
+"""A way is over when the tip is this near [m] ..."""
+REACH_TIME = 1.0
+"""... or this long after it should be [s]."""
 
 
 class Retreat:
@@ -116,7 +118,7 @@ class Return:
         self._start = context.tip
         end = self._goal.copy()
         if self._pressing:
-            end[2] = CLEARANCE
+            end[2] = self._goal[2] + CLEARANCE  # from where the board was felt, not believed
         way = end - self._start
         length = float(np.linalg.norm(way))
         self._end = end
@@ -125,6 +127,7 @@ class Return:
         self._position = Position(np.eye(3))
         self._orientation = Orientation(context.R_OS @ TOOL_ON_BOARD)
         self._filter = LowPass(20.0)
+        self._waited = 0.0
 
     def update(self, context: Context) -> Step:
         """``Finished`` when the tip is back, and on the board if it was; else ``Out_of_Reach``."""
@@ -135,7 +138,9 @@ class Return:
             desired, velocity = self._start + s * self._direction, v * self._direction
         elif not self._pressing:
             desired, velocity = self._goal, np.zeros(3)
-            if np.linalg.norm(context.tip - self._goal) < REACHED:
+            self._waited += context.dt
+            near = float(np.linalg.norm(context.tip - self._goal)) < REACHED
+            if near or self._waited > REACH_TIME:
                 event = "Finished"
         else:
             velocity = np.array([0.0, 0.0, -TOUCH_SPEED])

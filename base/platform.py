@@ -170,6 +170,6 @@ def _unusable(now: float, estimate: Estimate | None) -> str:
     if not estimate.valid:
         return f"estimate invalid: {estimate.reason}" if estimate.reason else "estimate invalid"
     age = now - estimate.t
-    if age > AGE_LIMIT + 1e-9:
+    if abs(age) > AGE_LIMIT + 1e-9:
         return f"estimate is {age * 1e3:.0f} ms old; the limit is {AGE_LIMIT * 1e3:.0f} ms"
     return ""

@@ -34,22 +34,16 @@ class Arm(Strict):
 
 
 class Pen(Strict):
-    """A pen on a spring-loaded prismatic joint."""
+    """A pen on a spring-loaded prismatic joint; masses and lengths are in the URDF."""
 
     stiffness: Positive
     damping: NonNegative
-    mass: Positive
     tip_radius: Positive
-    length: Positive
-    travel: Positive
 
 
 class Platform(Strict):
-    """The mobile base."""
+    """The mobile base; its mass and size are in the URDF."""
 
-    mass: Positive
-    diameter: Positive
-    height: Positive
     speed_limit: Vector3
     acceleration_limit: Vector3
     lag: Positive

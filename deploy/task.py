@@ -153,7 +153,7 @@ class Task(Documented):
     autostart: bool = True
     """Start the program by itself at ``start_at``; otherwise a person does."""
     start_at: NonNegative = 0.5
-    """Robot time at which the program starts [s]."""
+    """Robot time at which the program starts [s]; live it starts when every service is ready."""
     board: BoardPose = BoardPose()
     """Where the board is believed to be: X_OS."""
     base: BaseTask = BaseTask()

@@ -42,11 +42,11 @@ class ArmService:
             return []
         self._t = state.t
         estimate = inbox.latest(ESTIMATE)
-        if self._waiting and now >= self._start_at and estimate is not None and estimate.valid:
+        command, status = self._executive.step(state, estimate)
+        if self._waiting and now >= self._start_at and self._executive.sees:
             self._waiting = False
             assert self._program is not None
             self._executive.start(self._program)
-        command, status = self._executive.step(state, estimate)
         out: Outbox = [(ARM_COMMAND, command)]
         if status is not None:
             out.append((ARM_STATUS, status))

@@ -12,7 +12,7 @@ from services.service import Inbox, Outbox, Reply, act_on
 from services.topics import ARM_STATUS, BASE_COMMAND, BASE_STATUS, ESTIMATE, Topic
 from sim.scenario import Scenario
 
-ARM_SILENT = 0.1
+ARM_SILENT = 0.05
 """The platform stops when an arm that was heard has been silent for this long [s]."""
 FAILED = ("safe_hold", "protective_stop")
 WORKING = ("running", "resuming", "paused", "finished")
@@ -30,7 +30,7 @@ class BaseService:
         self._platform = Platform(load_robot(scenario.robot), scenario.task.base, restarted)
         self._status = m.BaseStatus(t=0.0)
         self._stopped_for_arm = False
-        self._asked_to_stop = False
+        self._asked_to_stop = restarted
 
     def step(self, now: float, inbox: Inbox) -> Outbox:
         """One decision of the arbiter."""

@@ -23,6 +23,8 @@ from services.topics import Topic, key
 
 RING = 8  # payloads kept of a latest-value topic: some may be bad, the newest good one is used
 PATIENCE = 0.5  # [s]; beyond its age limit a message is taken as a backlog and refused
+ROBOT = "sim"
+JUMP = 60.0  # [s]; a restarted robot is not further ahead than this
 FUTURE = 0.5  # [s]; a message this far ahead of us is not from our robot's time
 
 Clock = Callable[[], float]
@@ -207,10 +209,12 @@ class Bus:
         silent = self._clock() - reader.accepted_at > topic.age_limit
         if now is not None and now - message.t > topic.age_limit + PATIENCE:
             raise BadMessage("old", f"{now - message.t:.3f} s")
+        # only the robot itself may jump ahead: restarted, it tells a time of its own
+        ahead = JUMP if silent and topic.owner == ROBOT else FUTURE
+        if now is not None and message.t - now > ahead:
+            raise BadMessage("future", f"{message.t - now:.3f} s")
         if silent:  # nothing to compare with: the owner is new, or was restarted
             return
-        if now is not None and message.t - now > FUTURE:
-            raise BadMessage("future", f"{message.t - now:.3f} s")
         if seq == reader.seq:
             raise BadMessage("duplicate", str(seq))
         if topic.depth == 1 and message.t <= reader.t:

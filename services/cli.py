@@ -57,6 +57,7 @@ def up(
     json: Json = False,
 ) -> None:
     """Launch all services and look after them until Ctrl-C."""
+    from observer.observer import KINDS
     from services.endpoints import default_run_dir
     from services.lockstep import TICK
     from services.process import FACTORY
@@ -68,11 +69,14 @@ def up(
         fail(f"--rt is auto, on or off, not {rt!r}", 2)
     if duration is not None and duration <= 0:
         fail(f"--for needs a positive number of seconds, not {duration:g}", 2)
+    if observer not in KINDS:
+        fail(f"no observer {observer!r}. Known: {', '.join(KINDS)}", 2)
+    loaded = None if factory else load_scenario(scenario)
     mode = "paced" if paced else "live"
     folder = out or Path("runs") / f"{Path(scenario).stem}-{mode}-{time.strftime('%Y%m%d-%H%M%S')}"
     plan = Plan(
         run_dir=run_dir or default_run_dir(robot),
-        scenario=Path(scenario) if factory else scenario_file(scenario),
+        scenario=Path(scenario) if loaded is None else loaded.path.resolve(),
         robot=robot,
         seed=seed,
         observer=observer,
@@ -85,7 +89,7 @@ def up(
         until_finished=until_finished,
         log=folder / "run.mcap",
         services=SERVICES if factory else PROCESSES,
-        start_program=not factory and not paced and load_scenario(scenario).task.autostart,
+        start_program=loaded is not None and not paced and loaded.task.autostart,
     )
     events: list[Event] = []
 
@@ -114,7 +118,8 @@ def up(
                 "result": result,
             }
         )
-    ended_well = result is None or not until_finished or result["outcome"].startswith("finished")
+    finished = result is not None and result["outcome"].startswith("finished")
+    ended_well = finished or not until_finished or bool(factory)
     raise typer.Exit(0 if success and ended_well else 1)
 
 
@@ -134,16 +139,6 @@ def report_of(plan: Plan, folder: Path, events: list[Event], quiet: bool) -> dic
     return result
 
 
-def scenario_file(name: str) -> Path:
-    """The file of a scenario given by name or path; leaves with an error that names the known."""
-    from sim.scenario import SCENARIOS, scenario_names
-
-    for path in (Path(name), SCENARIOS / f"{name}.toml"):
-        if path.is_file():
-            return path.resolve()
-    fail(f"no scenario {name!r}. Known: {', '.join(scenario_names())}; or give a file", 2)
-
-
 def main() -> None:
     """Entry point: errors people can do something about come without a traceback."""
     from deploy.tomlfile import BadFile
@@ -154,7 +149,7 @@ def main() -> None:
         app()
     except (BadFile, BadEndpoint, AlreadyRunning, StartFailed) as error:
         errors.print("[bold red]error:[/]", escape(str(error)), highlight=False)
-        sys.exit(1)
+        sys.exit(2 if isinstance(error, BadFile) else 1)
 
 
 if __name__ == "__main__":

@@ -45,6 +45,8 @@ def run(
     from services.run import run_lockstep, write
     from sim.scenario import load_scenario
 
+    if duration is not None and duration <= 0:
+        fail(f"--for needs a positive number of seconds, not {duration:g}", 2)
     try:
         loaded = load_scenario(scenario)
         done = run_lockstep(loaded, seed, observer, duration)

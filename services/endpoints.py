@@ -49,6 +49,12 @@ def make_run_dir(run_dir: Path) -> Path:
     if len(str(run_dir / "supervisor.sock")) > _LONGEST_SOCKET:
         raise BadEndpoint(f"{run_dir} is too long a name for unix sockets; use a shorter --run-dir")
     run_dir.mkdir(parents=True, exist_ok=True, mode=0o700)
+    about = run_dir.stat()
+    if about.st_uid != os.getuid() or about.st_mode & 0o022:
+        raise BadEndpoint(
+            f"{run_dir} belongs to somebody else or others may write in it: whoever may write "
+            "there may move the arm. Remove it, or give another --run-dir"
+        )
     return run_dir
 
 

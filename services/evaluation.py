@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from services.messages import ArmStatus
 from services.runlog import RunLog
 from services.topics import ARM_COMMAND, ARM_STATUS, ESTIMATE, TRUTH
 
@@ -15,6 +16,8 @@ Array = NDArray[np.float64]
 
 FORCE_WINDOW = 20
 """Force is judged on its mean over this many ticks of 1 ms."""
+PAUSE = 0.1
+"""A stroke that is not drawn for this long was interrupted [s]."""
 CLOSED = 1e-3
 """A stroke whose ends are this near to each other is a closed curve [m]."""
 
@@ -58,7 +61,7 @@ class Stroke:
 
 
 def strokes_of(log: RunLog) -> list[Stroke]:
-    """The strokes of a run, in order; an interrupted one counts where it was drawn."""
+    """The strokes of a run, in order; an interrupted one counts as several."""
     truth, statuses = log.series(TRUTH), log.series(ARM_STATUS)
     if not truth:
         return []
@@ -66,8 +69,7 @@ def strokes_of(log: RunLog) -> list[Stroke]:
     t = (stamps[:, None] + 0.001 * np.arange(-4, 1)[None, :]).ravel()
     samples = np.concatenate([x.recent for x in truth])
     out = []
-    for number in sorted({s.stroke for s in statuses} - {0}):
-        mine = [s for s in statuses if s.stroke == number]
+    for mine in _pieces(statuses):
         ts = np.array([s.t for s in mine])
         reference = np.array([s.reference[:2] for s in mine])
         velocity = np.array([s.reference_velocity[:2] for s in mine])
@@ -85,6 +87,25 @@ def strokes_of(log: RunLog) -> list[Stroke]:
             )
         )
     return out
+
+
+def _pieces(statuses: list[ArmStatus]) -> list[list[ArmStatus]]:
+    """Statuses of each uninterrupted piece of a stroke."""
+    pieces: list[list[ArmStatus]] = []
+    previous: ArmStatus | None = None
+    for status in statuses:
+        if status.stroke:
+            goes_on = (
+                previous is not None
+                and previous.stroke == status.stroke
+                and status.t - previous.t < PAUSE
+            )
+            if goes_on:
+                pieces[-1].append(status)
+            else:
+                pieces.append([status])
+        previous = status
+    return pieces
 
 
 def figures_of(log: RunLog) -> dict[str, float | None]:
@@ -156,11 +177,11 @@ def torque_step_fraction(log: RunLog) -> float | None:
     if not running:
         return None
     t = np.array([c.t for c in commands])
+    if len(t) < 10 or np.median(np.diff(t)) > 0.002:
+        return None  # a thinned log does not show it
     tau = np.array([c.tau for c in commands])
     sums = np.vstack([np.zeros(6), np.cumsum(tau, axis=0)])
     means = (sums[5:] - sums[:-5]) / 5.0
-    if len(t) < 10 or np.median(np.diff(t)) > 0.002:
-        return None  # a thinned log does not show it
     step = np.abs(means[5:] - means[:-5]).max(axis=1)  # between t[i+4] and t[i+5]
     at = t[5 : 5 + len(step)]
     changes = [b.t for a, b in itertools.pairwise(statuses) if a.transitions != b.transitions]

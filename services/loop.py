@@ -88,8 +88,10 @@ class FixedRate:
         missed = 0
         if self._deadline is None:
             self._deadline = now
+            due = now
         else:
             self._deadline += self.period
+            due = self._deadline  # lateness counts from the first deadline that was not served
             if now - self._deadline >= self.period:
                 missed = int((now - self._deadline) / self.period)
                 self._deadline += missed * self.period
@@ -101,7 +103,7 @@ class FixedRate:
             if not self.spin:
                 self._sleep(self._deadline - now)
             now = self._clock()
-        self.statistics.tick(now, now - self._deadline, missed)
+        self.statistics.tick(now, now - due, missed)
         return now
 
 

@@ -17,9 +17,12 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 DOF = 6  # joints of the arm
+PROGRAM_ENDED = ("finished", "protective_stop")
+"""States of the arm in which its program is over."""
 
 __all__ = [
     "DOF",
+    "PROGRAM_ENDED",
     "ArmCommand",
     "ArmState",
     "ArmStatus",

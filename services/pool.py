@@ -20,6 +20,7 @@ from circus.watcher import Watcher
 
 LOG_SIZE, LOGS_KEPT = 5_000_000, 3
 GRACE = 1.0  # [s] between being asked to end and being killed
+PATIENT_GRACE = 30.0  # [s] the same, for the one that may have something to finish
 
 logging.getLogger("circus").setLevel(logging.ERROR)
 
@@ -105,8 +106,11 @@ class Pool:
                 os.kill(pid, signal.SIGCONT)
             await watcher._stop(True)
 
-    async def stop_all(self) -> None:
-        """End all, in parallel."""
+    async def stop_all(self, last: str) -> None:
+        """End all in parallel, but ``last`` after the others and with time to finish its work."""
         import asyncio
 
-        await asyncio.gather(*(self.stop(name) for name in list(self._watchers)))
+        await asyncio.gather(*(self.stop(name) for name in list(self._watchers) if name != last))
+        if last in self._watchers:
+            self._watchers[last].graceful_timeout = PATIENT_GRACE
+            await self.stop(last)

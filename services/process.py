@@ -31,7 +31,7 @@ from services.provenance import provenance
 from services.recorder import Recorder, free_name
 from services.requests import Requests
 from services.runner import ROBOT, run_live
-from services.service import Service
+from services.service import Inbox, Service
 from services.topics import ARM_STATE, PROCESSES, RECORDER, SERVICES, Topic
 from sim.scenario import load_scenario
 
@@ -125,6 +125,8 @@ def _run(options: argparse.Namespace) -> None:
 
 
 def _record(options: argparse.Namespace, stop: threading.Event) -> None:
+    for number in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(number, lambda *_: stop.set())  # no last resort: it writes to the end
     recorder = Recorder(
         free_name(options.log or options.run_dir / "run.mcap"),
         provenance(load_scenario(options.scenario), options.seed, options.observer),
@@ -133,6 +135,9 @@ def _record(options: argparse.Namespace, stop: threading.Event) -> None:
     with open_bus(endpoints, options.robot, RECORDER, recorder.inputs, lossless=True) as bus:
         try:
             run_live(recorder, bus, HeardClock(), stop)
+            rest = Inbox(recorder.inputs)
+            bus.drain(rest, None)
+            recorder.step(0.0, rest)
             recorder.close()
         except BaseException:
             _fail()

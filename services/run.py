@@ -10,6 +10,7 @@ from typing import Any
 from services.components import build_service
 from services.evaluation import figures_of
 from services.lockstep import TICK, Lockstep
+from services.messages import PROGRAM_ENDED
 from services.provenance import provenance
 from services.runlog import RunLog
 from services.topics import ARM_STATUS, SERVICES
@@ -17,7 +18,6 @@ from sim.scenario import Scenario
 
 AFTER = 0.5
 """How long a run goes on after the program has ended [s]."""
-ENDED = ("finished", "protective_stop")
 
 
 @dataclass
@@ -55,7 +55,7 @@ def run_lockstep(
         lockstep.step()
         if ended is None and len(statuses) > seen:
             seen = len(statuses)
-            if statuses[-1].state in ENDED:  # type: ignore[attr-defined]
+            if statuses[-1].state in PROGRAM_ENDED:  # type: ignore[attr-defined]
                 ended = lockstep.tick
     wall = time.perf_counter() - started
     simulated = lockstep.now

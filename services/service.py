@@ -38,7 +38,8 @@ class Inbox:
     def offer(self, topic: Topic, message: Message) -> None:
         """Put a checked message in; called by the runner between steps."""
         newest = self._latest.get(topic.name)
-        if newest is None or message.t >= newest.t:
+        # a latest-value topic was put in order on its way; the others may arrive in any order
+        if newest is None or topic.depth == 1 or message.t >= newest.t:
             self._latest[topic.name] = message
         self._unread[topic.name].append(message)
 
@@ -50,10 +51,6 @@ class Inbox:
         """Age of the newest message at robot time ``now`` [s]; infinite before the first."""
         newest = self._latest.get(topic.name)
         return now - newest.t if newest is not None else float("inf")
-
-    def fresh(self, topic: Topic[M], now: float) -> M | None:
-        """The newest message unless it is older than its topic's age limit."""
-        return self.latest(topic) if self.age(topic, now) <= topic.age_limit else None
 
     def new(self, topic: Topic[M]) -> list[M]:
         """Messages that arrived since the last call, in order of arrival."""

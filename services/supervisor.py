@@ -18,15 +18,13 @@ from typing import TextIO
 
 from services.bus import open_bus
 from services.endpoints import local, make_run_dir
-from services.messages import Health
+from services.messages import PROGRAM_ENDED, Health
 from services.pool import Pool
 from services.process import FACTORY
 from services.requests import NoAnswer, ask
 from services.topics import HEALTH, PROCESSES, RECORDER
 
 POLL = 0.05  # [s]
-START_TRIES = 20
-ENDED = ("finished", "protective_stop")
 
 
 class AlreadyRunning(RuntimeError):
@@ -143,9 +141,9 @@ class Supervisor:
                 end = time.monotonic() + (self.plan.duration or float("inf"))
                 while not self._stop.is_set() and time.monotonic() < end:
                     await self._watch()
-                await self._pool.stop_all()
+                await self._pool.stop_all(last=RECORDER)
         finally:
-            await self._pool.stop_all()
+            await self._pool.stop_all(last=RECORDER)
             self._tell("", "ended")
         return self._success
 
@@ -160,8 +158,8 @@ class Supervisor:
 
     async def _start_program(self) -> None:
         """Ask the arm; try again while what it needs is on its way."""
-        reason = ""
-        for _ in range(START_TRIES):
+        reason, deadline = "", time.monotonic() + self.plan.start
+        while time.monotonic() < deadline and not self._stop.is_set():
             await self._watch()
             try:
                 reply = await asyncio.to_thread(
@@ -173,7 +171,11 @@ class Supervisor:
             if reply.accepted:
                 return
             reason = reply.reason
-        self._tell("arm", "refused", f"to start its program: {reason}")
+        if not self._stop.is_set():
+            self._tell("arm", "refused", f"to start its program: {reason}")
+            self._success = False
+            if self.plan.until_finished:
+                self._stop.set()
 
     def _why(self, name: str) -> str:
         log = self._pool.log_file(name)
@@ -243,7 +245,7 @@ class Supervisor:
         before = self.health.get(name)
         if before is not None and before.state != health.state and before.pid == health.pid:
             self._tell(name, health.state, health.detail)
-        if name == "arm" and self.plan.until_finished and health.state in ENDED:
+        if name == "arm" and self.plan.until_finished and health.state in PROGRAM_ENDED:
             self._stop.set()
 
     async def _died(self, name: str, code: int, now: float) -> None:

@@ -50,9 +50,7 @@ ODOMETRY = Topic("robot/odometry", m.Odometry, "sim", 20, 0.5, control=True, dep
 IMU = Topic("robot/imu", m.Imu, "sim", 100, 0.1, control=True, depth=256)
 ARM_COMMAND = Topic("arm/command", m.ArmCommand, "arm", 1000, 0.05, control=True, log_rate=200)
 BASE_COMMAND = Topic("base/command", m.BaseCommand, "base", 20, 0.1, control=True, depth=8)
-ESTIMATE = Topic(
-    "observer/estimate", m.Estimate, "observer", 1000, 0.05, control=True, log_rate=200
-)
+ESTIMATE = Topic("observer/estimate", m.Estimate, "observer", 500, 0.05, control=True, log_rate=200)
 ARM_STATUS = Topic("arm/status", m.ArmStatus, "arm", 50, 0.5)
 BASE_STATUS = Topic("base/status", m.BaseStatus, "base", 20, 0.5)
 TRUTH = Topic("sim/truth", m.Truth, "sim", 200, 0.5)

@@ -76,9 +76,12 @@ class Drive:
         driving = fastest > STANDSTILL
         lag = BRAKE_LAG if silent else self._lag
         force = np.empty(3)
+        vx, vy, w = velocity
+        turning = (-w * vy, w * vx, 0.0)  # the drive steers B, which turns: v' = a - w x v
         for i in range(3):
             error = clamp(wanted[i], self._speed[i]) - velocity[i]
             a = clamp(error / lag, self._acceleration[i])
+            a += turning[i]
             force[i] = self._inertia[i] * (a + rough[i] if driving else a)
         return force
 

@@ -38,11 +38,13 @@ class Channel(Generic[M]):
         self._delay = delay
         self._loss = loss
         self._rng = rng
-        self._samples = 0
+        self._samples: int | None = None
         self._waiting: list[tuple[float, int, M]] = []
 
     def step(self, now: float, effects: Effects, sample: Callable[[], M]) -> list[M]:
         """Sample if it is time to, and return the messages that arrive by ``now`` [s]."""
+        if self._samples is None:  # robot time need not start at 0
+            self._samples = math.ceil(now / self._period - 1e-6)
         if now + 1e-9 >= self._samples * self._period:
             self._samples += 1
             message = sample()
@@ -117,7 +119,7 @@ class ImuSensor:
         self._sum = [0.0, 0.0, 0.0]
         self._ticks = 0
         self._heading: float | None = None
-        self._began = 0.0
+        self._began: float | None = None
 
     def step(
         self, now: float, pose: Array, velocity: Array, acceleration: Array, effects: Effects
@@ -137,7 +139,7 @@ class ImuSensor:
 
     def _sample(self, now: float, heading: float, effects: Effects) -> Imu:
         """The means since the last sample."""
-        period = now - self._began
+        period = now - self._began if self._began is not None else 0.0
         turned = 0.0 if self._heading is None or period <= 0 else heading - self._heading
         rate = turned / period if period > 0 else 0.0
         mean = np.array(self._sum) / self._ticks

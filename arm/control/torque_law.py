@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Gains:
-    """Of the torque law; docs/tuning.md says how to choose them."""
+    """Of the torque law; docs/arm.md says how to choose them."""
 
     bandwidth: float = 50.0
     """Of the joint error, critically damped [rad/s]."""

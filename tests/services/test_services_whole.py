@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 import json
+import signal
 import subprocess
 import sys
+import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+import psutil
 import pytest
 
+from deploy.robot import load_robot
 from services.run import run_lockstep
+from services.topics import ARM_COMMAND, ARM_STATUS, TRUTH
 from sim.scenario import load_scenario
 
 PATIENCE = 300.0  # [s]; a slow machine may take its time
@@ -45,3 +52,58 @@ def test_paced_processes_draw_the_papers_line_as_lockstep_does(tmp_path: Path) -
     alone = run_lockstep(load_scenario(tmp_path / "fragment.toml"), 3)
     assert result["line_rms_mm"] == pytest.approx(alone.result["line_rms_mm"], rel=1e-6)
     assert (tmp_path / "out" / "board.png").stat().st_size > 10_000
+
+
+def watch(run_dir: Path) -> dict[str, Any]:
+    """Newest status of the arm."""
+    command = [sys.executable, "-m", "services.cli", "watch", "arm", "--once", "--json"]
+    command += ["--run-dir", str(run_dir)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    status: dict[str, Any] = json.loads(done.stdout)["arm/status"] if done.returncode == 0 else {}
+    return status
+
+
+def until_state(run_dir: Path, wanted: set[str], also: Callable[[], object] = int) -> str:
+    """Wait until the arm is in one of these states, doing ``also`` meanwhile."""
+    deadline = time.monotonic() + PATIENCE
+    while time.monotonic() < deadline:
+        state = str(watch(run_dir).get("state"))
+        if state in wanted:
+            return state
+        also()
+    raise AssertionError(f"the arm never was {wanted}: {watch(run_dir)}")
+
+
+@pytest.mark.processes
+def test_a_killed_observer_means_safe_hold_and_a_way_to_resume(tmp_path: Path) -> None:
+    """kill -9 in mid-program: the arm lets go and says so, the observer returns, resume goes on."""
+    run_dir = tmp_path / "r"
+    base = [sys.executable, "-m", "services.cli"]
+    command = [*base, "up", "whiteboard", "--run-dir", str(run_dir), "--out", str(tmp_path / "out")]
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.STDOUT) as process:
+        try:
+            until_state(run_dir, {"running", "safe_hold"})
+            for child in psutil.Process(process.pid).children(recursive=True):
+                if "observer" in child.cmdline():
+                    child.kill()
+            until_state(run_dir, {"safe_hold"})
+            assert "resume or stop" in watch(run_dir)["reason"]
+            resume = [*base, "program", "resume", "--run-dir", str(run_dir)]
+            until_state(
+                run_dir,
+                {"resuming", "running", "finished"},
+                lambda: subprocess.run(resume, capture_output=True, timeout=60, check=False),
+            )
+        finally:
+            process.send_signal(signal.SIGINT)
+            process.wait(60)
+
+
+def test_a_push_in_mid_stroke_leaves_the_line_within_5_mm() -> None:
+    """200 N for 0.2 s on the platform: the pen stays near the line, within all limits."""
+    done = run_lockstep(load_scenario("whiteboard_push"), 2, duration=14.0)
+    assert any(x.disturbances for x in done.log.series(TRUTH))
+    assert done.result["line_max_mm"] < 5.0
+    assert not any(s.state == "protective_stop" for s in done.log.series(ARM_STATUS))
+    torque = np.abs([c.tau for c in done.log.series(ARM_COMMAND)]).max(axis=0)
+    assert (torque < load_robot("xr4000_puma560").arm.torque_limit).all()
