@@ -57,6 +57,7 @@ def up(
     json: Json = False,
 ) -> None:
     """Launch all services and look after them until Ctrl-C."""
+    from deploy.tomlfile import BadFile
     from observer.observer import KINDS
     from services.endpoints import default_run_dir
     from services.lockstep import TICK
@@ -71,7 +72,10 @@ def up(
         fail(f"--for needs a positive number of seconds, not {duration:g}", 2)
     if observer not in KINDS:
         fail(f"no observer {observer!r}. Known: {', '.join(KINDS)}", 2)
-    loaded = None if factory else load_scenario(scenario)
+    try:
+        loaded = None if factory else load_scenario(scenario)
+    except BadFile as error:
+        fail(str(error), 2)
     mode = "paced" if paced else "live"
     folder = out or Path("runs") / f"{Path(scenario).stem}-{mode}-{time.strftime('%Y%m%d-%H%M%S')}"
     plan = Plan(
