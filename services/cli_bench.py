@@ -15,6 +15,7 @@ from rich.progress import track
 from rich.table import Table
 
 from services.cli_common import Json, console, fail
+from services.evaluation import DRAWING_FIGURES, ESTIMATE_FIGURES
 
 bench = typer.Typer(help="Benchmarks; --json for scripts.", no_args_is_help=True)
 
@@ -26,19 +27,7 @@ CASES = (
     ("whiteboard_moving", "taylor"),
     ("whiteboard_moving", "hold"),
 )
-FIGURES = (
-    "line_rms_mm",
-    "line_max_mm",
-    "tracked_rms_mm",
-    "circle_axis_ratio",
-    "contact_fraction",
-    "force_rms_error_n",
-    "torque_step_fraction",
-    "estimate_rms_mm",
-    "estimate_rms_deg",
-    "estimate_max_step_mm_per_ms",
-    "realtime_factor",
-)
+FIGURES = (*DRAWING_FIGURES, *ESTIMATE_FIGURES, "realtime_factor")
 
 
 @bench.callback()

@@ -14,6 +14,17 @@ from services.topics import ARM_COMMAND, ARM_STATUS, ESTIMATE, TRUTH
 
 Array = NDArray[np.float64]
 
+DRAWING_FIGURES = (
+    "line_rms_mm",
+    "line_max_mm",
+    "tracked_rms_mm",
+    "circle_axis_ratio",
+    "contact_fraction",
+    "force_rms_error_n",
+    "torque_step_fraction",
+)
+ESTIMATE_FIGURES = ("estimate_rms_mm", "estimate_rms_deg", "estimate_max_step_mm_per_ms")
+
 FORCE_WINDOW = 20
 """Force is judged on its mean over this many ticks of 1 ms."""
 PAUSE = 0.1
@@ -111,17 +122,7 @@ def _pieces(statuses: list[ArmStatus]) -> list[list[ArmStatus]]:
 def figures_of(log: RunLog) -> dict[str, float | None]:
     """The figures of a run; None where there is nothing to judge."""
     strokes = [s for s in strokes_of(log) if s.touching.any()]
-    out: dict[str, float | None] = dict.fromkeys(
-        (
-            "line_rms_mm",
-            "line_max_mm",
-            "tracked_rms_mm",
-            "circle_axis_ratio",
-            "contact_fraction",
-            "force_rms_error_n",
-            "torque_step_fraction",
-        )
-    )
+    out: dict[str, float | None] = dict.fromkeys(DRAWING_FIGURES)
     if strokes:
         contour = np.concatenate([s.contour_error() for s in strokes])
         tracked = np.concatenate([s.tracked_error() for s in strokes])
@@ -148,9 +149,8 @@ def force_error(stroke: Stroke) -> Array:
 def estimate_figures(log: RunLog) -> dict[str, float | None]:
     """Error of the estimate against truth, and its largest step beyond the true motion."""
     truth, estimates = log.series(TRUTH), [e for e in log.series(ESTIMATE) if e.valid]
-    names = ("estimate_rms_mm", "estimate_rms_deg", "estimate_max_step_mm_per_ms")
     if len(truth) < 2 or len(estimates) < 2:
-        return dict.fromkeys(names)
+        return dict.fromkeys(ESTIMATE_FIGURES)
     t = np.array([x.t for x in truth])
     te = np.array([e.t for e in estimates])
     pose = np.array([e.pose for e in estimates])
