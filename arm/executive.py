@@ -29,10 +29,10 @@ Array = NDArray[np.float64]
 
 LONGEST_TICK = 0.05
 """After a gap in the arm's state longer than this the reference starts anew [s]."""
-LEAVING = 0.01
+LEAVING = 0.03
 """Left of the arm's reach when an arm that only keeps its place lets go of it [m] ..."""
-LEAVING_JOINT = 0.08
-"""... and of a joint's range [rad]."""
+LEAVING_JOINT = 0.2
+"""... and of a joint's range [rad]: it must come to rest in what is left."""
 MARGIN_TICKS = 5
 """The distance to the end of the arm's reach is looked at every so many ticks."""
 TOUCH = 0.3

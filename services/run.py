@@ -30,7 +30,11 @@ class Run:
 
 
 def run_lockstep(
-    scenario: Scenario, seed: int, observer: str = "ekf", duration: float | None = None
+    scenario: Scenario,
+    seed: int,
+    observer: str = "ekf",
+    duration: float | None = None,
+    after: float = AFTER,
 ) -> Run:
     """Run a scenario until its program has ended or its time is over.
 
@@ -39,6 +43,7 @@ def run_lockstep(
         seed: of everything random.
         observer: kind of observer.
         duration: instead of the scenario's [s].
+        after: how long to go on after the program has ended [s].
 
     Raises:
         BadFile, ProgramError, ValueError: the scenario, its program or the observer is wrong.
@@ -46,12 +51,12 @@ def run_lockstep(
     log = RunLog()
     services = [build_service(name, scenario, seed, observer) for name in SERVICES]
     lockstep = Lockstep(services, listener=log)
-    limit = round((duration or scenario.duration) / TICK)
+    limit = round((scenario.duration if duration is None else duration) / TICK)
     statuses = log.messages.setdefault(ARM_STATUS.name, [])
     ended: int | None = None
     seen = 0
     started = time.perf_counter()
-    while lockstep.tick < limit and (ended is None or lockstep.tick < ended + AFTER / TICK):
+    while lockstep.tick < limit and (ended is None or lockstep.tick < ended + after / TICK):
         lockstep.step()
         if ended is None and len(statuses) > seen:
             seen = len(statuses)
@@ -76,7 +81,10 @@ def outcome_of(log: RunLog) -> str:
     if not statuses:
         return "the arm never spoke"
     last = statuses[-1]
-    return last.state if not last.reason else f"{last.state}: {last.reason}"
+    end = last.state if not last.reason else f"{last.state}: {last.reason}"
+    # of the newest program: what came after it does not undo it
+    drawn = next((s.state for s in reversed(statuses) if s.state in ("running", "finished")), "")
+    return f"finished; afterwards {end}" if drawn == "finished" != last.state else end
 
 
 def write(run: Run, folder: Path) -> None:

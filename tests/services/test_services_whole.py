@@ -107,3 +107,15 @@ def test_a_push_in_mid_stroke_leaves_the_line_within_5_mm() -> None:
     assert not any(s.state == "protective_stop" for s in done.log.series(ARM_STATUS))
     torque = np.abs([c.tau for c in done.log.series(ARM_COMMAND)]).max(axis=0)
     assert (torque < load_robot("xr4000_puma560").arm.torque_limit).all()
+
+
+def test_an_arm_that_has_finished_bears_with_a_platform_that_goes_on() -> None:
+    """Ten seconds of sway after the end: no limit is left and the board is not touched."""
+    done = run_lockstep(load_scenario("whiteboard_moving"), 1, after=10.0)
+    states = [s.state for s in done.log.series(ARM_STATUS)]
+    assert done.result["outcome"] == "finished"
+    after = states[states.index("finished") :]
+    assert len(after) > 400
+    assert set(after) == {"finished"}
+    end = done.log.series(TRUTH)[-1].t
+    assert max(x.force for x in done.log.series(TRUTH) if x.t > end - 10.0) == 0.0
