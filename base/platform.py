@@ -97,6 +97,11 @@ class Platform:
             raise ValueError(f"{'; '.join(findings)}. Keys: {allowed}") from None
         self.set_task(task)
 
+    @property
+    def stopped(self) -> str:
+        """Why the platform stands until it is told to resume; empty if it does not."""
+        return self._stopped
+
     def stop(self, reason: str = "stopped by request") -> None:
         """Bring the platform to rest and keep it there until ``resume``."""
         self._stopped = reason

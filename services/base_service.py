@@ -77,7 +77,15 @@ class BaseService:
             "stop": self._stop,
             "resume": self._resume,
         }
-        return act_on(acts, verb)
+        act = act_on(acts, verb)
+
+        def answer() -> Reply:
+            reply = act()
+            if reply.accepted and verb in ("goal", "behaviour") and self._platform.stopped:
+                return Reply(True, f"but the platform stands: {self._platform.stopped}")
+            return reply
+
+        return answer
 
     def state(self) -> tuple[str, str]:
         """The behaviour in charge, and why it does not drive if it does not."""

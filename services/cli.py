@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from services.supervisor import Event, Plan
 
 app = typer.Typer(
+    rich_markup_mode=None,  # it would take units in brackets for markup
     help="Robot software for hands that stay steady on moving bases.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
@@ -43,8 +44,8 @@ def up(
         bool, typer.Option("--paced", help="Wait for every answer: exact on any machine.")
     ] = False,
     duration: Annotated[float | None, typer.Option("--for", help="End after this [s].")] = None,
-    observer: Annotated[str, typer.Option(help="Kind of observer.")] = "ekf",
-    seed: Annotated[int, typer.Option(help="Of everything random.")] = 0,
+    observer: Annotated[str, typer.Option(help="ekf, taylor, hold, or truth.")] = "ekf",
+    seed: Annotated[int, typer.Option(min=0, help="Of everything random.")] = 0,
     rt: Annotated[str, typer.Option(help="Real-time priority and cores: auto, on, off.")] = "auto",
     robot: Robot = "r1",
     run_dir: RunDir = None,

@@ -17,7 +17,9 @@ from rich.table import Table
 from services.cli_common import Json, console, fail
 from services.evaluation import DRAWING_FIGURES, ESTIMATE_FIGURES
 
-bench = typer.Typer(help="Benchmarks; --json for scripts.", no_args_is_help=True)
+bench = typer.Typer(
+    help="Benchmarks; --json for scripts.", no_args_is_help=True, rich_markup_mode=None
+)
 
 CASES = (
     ("whiteboard", "truth"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -9,8 +10,8 @@ import typer
 
 from services.cli_common import Json, Robot, RunDir, request
 
-arm = typer.Typer(help="Ask the arm.", no_args_is_help=True)
-base = typer.Typer(help="The running platform.", no_args_is_help=True)
+arm = typer.Typer(help="Ask the arm.", no_args_is_help=True, rich_markup_mode=None)
+base = typer.Typer(help="The running platform.", no_args_is_help=True, rich_markup_mode=None)
 
 
 def disturb(
@@ -19,7 +20,10 @@ def disturb(
         list[str] | None, typer.Argument(help="A sensor, or key=value as in a scenario.")
     ] = None,
     force: Annotated[float | None, typer.Option(help="Of a push [N].")] = None,
-    direction: Annotated[float | None, typer.Option("--dir", help="In the plane [deg].")] = None,
+    direction: Annotated[
+        float | None,
+        typer.Option("--dir", help="Towards, in the ground frame [deg]; 0 is towards the board."),
+    ] = None,
     duration: Annotated[float | None, typer.Option("--for", help="How long [s].")] = None,
     on: Annotated[str | None, typer.Option(help="What is pushed: platform, link1 ...")] = None,
     distance: Annotated[float | None, typer.Option(help="Of a slip [m].")] = None,
@@ -102,19 +106,19 @@ def resume(robot: Robot = "r1", run_dir: RunDir = None, json: Json = False) -> N
     request("arm", "resume", {}, robot, run_dir, json)
 
 
-@base.command("goal")
+@base.command("goal", context_settings={"ignore_unknown_options": True})
 def goal(
-    x: Annotated[
-        float, typer.Argument(help="In the odometry frame, from start [m].".replace("[", "\\["))
-    ],
-    y: Annotated[float, typer.Argument(help="To the left.")],
-    heading: Annotated[float, typer.Argument(help="Counter-clockwise, radians.")] = 0.0,
+    x: Annotated[float, typer.Argument(help="In the odometry frame [m].")],
+    y: Annotated[float, typer.Argument(help="To the left [m].")],
+    heading: Annotated[float, typer.Argument(help="Counter-clockwise [deg].")] = 0.0,
     robot: Robot = "r1",
     run_dir: RunDir = None,
     json: Json = False,
 ) -> None:
     """Drive the platform to a pose."""
-    request("base", "goal", {"x": x, "y": y, "heading": heading}, robot, run_dir, json)
+    request(
+        "base", "goal", {"x": x, "y": y, "heading": math.radians(heading)}, robot, run_dir, json
+    )
 
 
 @base.command("stop")

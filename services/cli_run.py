@@ -30,7 +30,7 @@ LABELS = {
 
 def run(
     scenario: Annotated[str, typer.Argument(help="Name or file of a scenario.")],
-    seed: Annotated[int, typer.Option(help="Of everything random.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Of everything random.")] = 0,
     observer: Annotated[str, typer.Option(help="ekf, taylor, hold, or truth.")] = "ekf",
     duration: Annotated[
         float | None, typer.Option("--for", help="Instead of the scenario's limit [s].")
@@ -49,11 +49,14 @@ def run(
         fail(f"--for needs a positive number of seconds, not {duration:g}", 2)
     try:
         loaded = load_scenario(scenario)
+        folder = out or Path("runs") / f"{loaded.name}-{observer}-{seed}"
+        fresh_folder(folder)
         done = run_lockstep(loaded, seed, observer, duration)
+        write(done, folder)
     except (BadFile, ProgramError, ValueError) as error:
         fail(str(error), 2)
-    folder = out or Path("runs") / f"{loaded.name}-{observer}-{seed}"
-    write(done, folder)
+    except OSError as error:
+        fail(f"cannot write to {error.filename}: {error.strerror}", 2)
     (folder / "result.json").write_text(jsonlib.dumps(done.result, indent=2) + "\n")
     if pictures:
         from services.report import write_pictures
@@ -63,9 +66,17 @@ def run(
         typer.echo(jsonlib.dumps(done.result))
     else:
         show(done.result)
-        console.print(f"log and pictures in {folder}", highlight=False)
+        what = "log and pictures" if pictures else "log"
+        console.print(f"{what} in {folder}", highlight=False)
     if not done.result["outcome"].startswith("finished"):
         raise typer.Exit(1)
+
+
+def fresh_folder(folder: Path) -> None:
+    """Make a folder for a run, and take an earlier run's pictures and result out of it."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for old in (*folder.glob("*.png"), folder / "result.json"):
+        old.unlink(missing_ok=True)
 
 
 def show(result: dict[str, Any]) -> None:

@@ -65,6 +65,7 @@ def board(log: RunLog, title: str) -> Figure | None:
         left.plot(*(1e3 * s.intended.T), color=MEANT, lw=5, alpha=0.5, label="intended")
         touched = np.where(s.touching[:, None], s.drawn, np.nan)
         left.plot(*(1e3 * touched.T), color=DRAWN, lw=1.2, label="drawn")
+    _frame(left, strokes)
     _once(left)
     left.set(aspect="equal", xlabel="$x_S$ [mm] (right)", ylabel="$y_S$ [mm] (up)", title="board")
     worst = 0.0
@@ -75,17 +76,27 @@ def board(log: RunLog, title: str) -> Figure | None:
         lines = LineCollection(
             list(np.stack([points[:-1], points[1:]], axis=1)),
             cmap="viridis",
-            array=error[:-1],
+            array=np.where(s.touching, error, np.nan)[:-1],
             lw=3,
         )
         right.add_collection(lines)
     for collection in right.collections:
         collection.set_clim(0.0, max(worst, 1e-3))
-    right.autoscale()
+    _frame(right, strokes)
     right.set(aspect="equal", xlabel="$x_S$ [mm]", title="distance to the intended line")
     figure.colorbar(right.collections[0], ax=right, label="[mm]", shrink=0.8)
     figure.suptitle(title)
     return figure
+
+
+def _frame(axis: Any, strokes: list[Stroke]) -> None:
+    """Limits that show all that was drawn, wide enough for a single straight stroke."""
+    points = 1e3 * np.concatenate([p for s in strokes for p in (s.intended, s.drawn[s.touching])])
+    lo, hi = points.min(axis=0), points.max(axis=0)
+    half = np.maximum(0.5 * (hi - lo), 0.35 * float((hi - lo).max())) * 1.15 + 1.0
+    middle = 0.5 * (lo + hi)
+    axis.set_xlim(middle[0] - half[0], middle[0] + half[0])
+    axis.set_ylim(middle[1] - half[1], middle[1] + half[1])
 
 
 def estimate(log: RunLog, title: str) -> Figure | None:

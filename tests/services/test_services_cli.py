@@ -142,3 +142,34 @@ def test_doctor_measures_the_bus() -> None:
     from services import doctor
 
     assert doctor.examine(doctor._bus).status == "ok"
+
+
+def test_help_keeps_its_units() -> None:
+    """Units in brackets are not taken for markup."""
+    for command, unit in ((["run"], "[s]"), (["disturb"], "[deg]"), (["base", "goal"], "[m]")):
+        assert unit in runner.invoke(app, [*command, "--help"]).output
+
+
+def test_one_unreadable_program_does_not_hide_the_findings_of_others(tmp_path: Path) -> None:
+    """Every file is reported on; names of programs are known as well."""
+    bad = tmp_path / "bad.hds"
+    bad.write_text("INTERFACE = r1;\nINITIAL = A;\n")
+    files = ["whiteboard", str(bad), str(tmp_path / "nope.hds")]
+    result = runner.invoke(app, ["program", "check", *files])
+    assert result.exit_code == 1
+    assert "no-nodes" in result.output
+    assert "unreadable" in result.output
+
+
+def test_a_run_that_cannot_write_says_so_first(tmp_path: Path) -> None:
+    """The folder is made before anything is simulated, and is cleared of an older result."""
+    blocked = tmp_path / "file"
+    blocked.write_text("")
+    result = runner.invoke(app, ["run", "whiteboard", "--for", "0.1", "--out", str(blocked)])
+    assert result.exit_code == 2
+    folder = tmp_path / "out"
+    folder.mkdir()
+    (folder / "board.png").write_text("old")
+    options = ["--for", "0.1", "--no-pictures", "--out", str(folder)]
+    assert runner.invoke(app, ["run", "whiteboard", *options]).exit_code == 1
+    assert {p.name for p in folder.iterdir()} == {"run.mcap", "result.json"}

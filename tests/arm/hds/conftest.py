@@ -67,7 +67,7 @@ END
 def types() -> Registry:
     """A handful of node types with every kind of parameter and event."""
     speed = Parameter("Speed", "mm/s", 0.001, 0.25, doc="speed of the tool")
-    force = Parameter("Force", "cN", 0.1, 50.0)
+    force = Parameter("Force", "cN", 0.2, 20.0)
     timeout = Parameter("Timeout", "s", 0.1, 600.0, default=math.inf)
     finished = Event("Finished")
     timed_out = Event("Timeout", needs="Timeout")

@@ -127,10 +127,10 @@ CASES = [
         "out-of-range",
         "Force = 200;",
         "Force = «9000;",
-        "from 10 cN to 5000 cN; a bare number is in cN",
+        "from 20 cN to 2000 cN; a bare number is in cN",
         covers="9000",
     ),
-    Case("out-of-range", "Force = 200;", "Force = «200 N;", "from 0.1 N to 50 N", covers="200 N"),
+    Case("out-of-range", "Force = 200;", "Force = «200 N;", "from 0.2 N to 20 N", covers="200 N"),
     Case("out-of-range", "Speed = 40;", "Speed = «1e999;", "from 1 mm/s to 250 mm/s"),
     # events and transitions
     Case(
