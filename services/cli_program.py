@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from services import cli_requests
 from services.cli_common import Json, show_json
+
+if TYPE_CHECKING:
+    from arm.hds import Parameter
 
 program = typer.Typer(
     help="Programs of the arm (*.hds).", no_args_is_help=True, rich_markup_mode=None
@@ -53,3 +57,30 @@ def check(
     else:
         typer.echo(f"{len(files)} program{'s' if len(files) > 1 else ''}: no findings")
     raise typer.Exit(1 if bad else 0)
+
+
+@program.command()
+def types(json: Json = False) -> None:
+    """List the node types with their parameters, units, ranges and events."""
+    from arm.nodes import REGISTRY
+
+    if json:
+        show_json({name: dataclasses.asdict(kind) for name, kind in REGISTRY.items()})
+        return
+    for name, kind in REGISTRY.items():
+        typer.echo(f"{name}: {kind.doc}")
+        typer.echo(f"  raises {', '.join(event.name for event in kind.events)}")
+        for p in kind.parameters:
+            typer.echo(f"  {p.name:10} {_range(p):34} {p.doc}")
+
+
+def _range(p: Parameter) -> str:
+    """Range, unit and default of a parameter, as a person would write them."""
+    unit = p.default_unit
+    text = f"{unit.from_si(p.lo):g} to {unit.from_si(p.hi):g}"
+    text += f" {unit.name}" if unit.name != "1" else ""
+    if p.default is None:
+        return f"{text}, required"
+    if isinstance(p.default, str) or math.isinf(p.default):
+        return text
+    return f"{text}, default {unit.from_si(p.default):g}"

@@ -1,0 +1,31 @@
+"""The scenario page."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from sim.disturbance import KINDS
+from sim.scenario import load_scenario
+
+PAGE = Path(__file__).parents[2] / "docs" / "scenario.md"
+
+
+def test_the_example_on_the_page_is_a_scenario(tmp_path: Path) -> None:
+    """It loads as printed, and its program is found."""
+    block = re.search(r"```toml\n(.*?)```", PAGE.read_text(), re.S)
+    assert block is not None
+    file = tmp_path / "page.toml"
+    file.write_text(block[1])
+    scenario = load_scenario(file)
+    assert scenario.program_path() is not None
+    assert len(scenario.disturbance) == 1
+
+
+def test_the_page_names_every_disturbance_and_option() -> None:
+    """Nothing a scenario can do is left out of the table."""
+    text = PAGE.read_text()
+    for kind, model in KINDS.items():
+        assert f"| `{kind}` |" in text
+        for option in set(model.model_fields) - {"kind", "t"}:
+            assert f"`{option}`" in text, (kind, option)
