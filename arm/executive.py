@@ -121,9 +121,7 @@ class Executive:
         """
         if self.state not in ("running", "resuming"):
             raise ValueError(f"no program is running: the arm is {self.state}")
-        touching = self._touching()
-        self._interrupt("paused", "asked to pause")
-        self._control = Station(AWAY if touching else 0.0)
+        self._interrupt("paused", "asked to pause", keep_place=True)
 
     def resume(self) -> None:
         """Go back to where the program was interrupted, and on from there.
@@ -139,26 +137,22 @@ class Executive:
             self._start_node = self._automaton is not None  # it had not begun
             self._go("running" if self._start_node else "idle", "")
             return
-        self._control = Return(self._interrupted.desired, self._interrupted.pressing)
-        self._start_control = True
+        self._take(Return(self._interrupted.desired, self._interrupted.pressing))
         self._go("resuming", "")
 
     def stop(self) -> None:
         """Give the program up, let go of the board, hold still."""
         if self.state == "protective_stop":
             raise ValueError(f"the arm is in protective stop: {self.reason}; reset it first")
-        touching = self._touching()
+        self._let_go(keep_place=self.sees)
         self._drop_program()
-        self._retreat(AWAY if touching else 0.0)
-        if self.sees:
-            self._control = Station(AWAY if touching else 0.0)
         self._go("idle", "stopped by request")
 
     def protective_stop(self, reason: str) -> None:
         """Stop now; only ``reset`` leads out."""
         if self.state == "protective_stop":
             return
-        self._retreat(AWAY if self._touching() else 0.0)
+        self._let_go()
         self._drop_program()
         self._go("protective_stop", reason)
 
@@ -202,7 +196,7 @@ class Executive:
         elif self._station_lost:
             self._station_lost = False
             if isinstance(self._control, Retreat) and self.state in ("paused", "finished", "idle"):
-                self._control, self._start_control = Station(0.0), True
+                self._take(Station(0.0))
         base = self._platform.base
         reference = self._reference
         reference.advance(dt)
@@ -264,7 +258,7 @@ class Executive:
         self._reference.reset(state.q)
         self._law.reset(np.zeros(6))
         if isinstance(self._control, Station):
-            self._retreat(0.0)
+            self._take(Retreat(0.0))
         self._last = Step(None, self._last.desired, np.zeros(3))
         if self._t is not None and self.state in ("running", "resuming"):
             self._interrupt("safe_hold", "the arm's own state was late")
@@ -276,7 +270,7 @@ class Executive:
         elif self.state == "safe_hold":
             self.reason = problem
         elif isinstance(self._control, Station):  # nothing to keep a place by, for now
-            self._retreat(0.0)
+            self._take(Retreat(0.0))
             self._station_lost = True
 
     def _run(self, context: Context) -> None:
@@ -287,7 +281,7 @@ class Executive:
             self._next_node(context)
         leaving = context.reach_margin < LEAVING or self._limits.joint_margin < LEAVING_JOINT
         if isinstance(self._control, Station) and leaving:
-            self._retreat(0.0)  # the platform drives away: come along
+            self._take(Retreat(0.0))  # the platform drives away: come along
         if self._start_control and self._control is not None:
             self._start_control = False
             self._control.enter(context)
@@ -344,16 +338,22 @@ class Executive:
 
     # --- interruptions ----------------------------------------------------------------------
 
-    def _interrupt(self, state: str, reason: str) -> None:
+    def _interrupt(self, state: str, reason: str, keep_place: bool = False) -> None:
         """Stop the program where it is, so that it can be resumed."""
         self._start_node = False
         if self.state == "running" and self._node is not None:
             self._interrupted = _Interrupted(self._desired.copy(), self._node.pressing)
-        self._retreat(AWAY if self._touching() else 0.0)
+        self._let_go(keep_place)
         self._go(state, reason)
 
-    def _retreat(self, distance: float) -> None:
-        self._control = Retreat(distance)
+    def _let_go(self, keep_place: bool = False) -> None:
+        """Back off from what the tool touches, then keep its place or hold the joints."""
+        distance = AWAY if self._touching() else 0.0
+        self._take(Station(distance) if keep_place else Retreat(distance))
+
+    def _take(self, control: Retreat | Return | Station) -> None:
+        """Put a motion that belongs to no program in control, from the next tick on."""
+        self._control = control
         self._start_control = True
 
     def _drop_program(self) -> None:

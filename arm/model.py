@@ -48,12 +48,14 @@ class Kinematics:
         R: R_OT, shape (3, 3).
         J: of the tip (linear, then angular velocity) in O by joint rates, shape (6, 6).
         drift: velocity of the tip in O that the platform alone causes, shape (6,).
+        q: joint positions there, shape (6,) [rad].
     """
 
     p: Array
     R: Array
     J: Array
     drift: Array
+    q: Array
 
 
 class ArmModel:
@@ -99,7 +101,11 @@ class ArmModel:
         J[3:] = jacobian[:3, :9]
         R = pose[:3, :3]
         return Kinematics(
-            p=pose[:3, 3] + R @ self._tip, R=R, J=J[:, ARM], drift=J[:, PLATFORM] @ base.velocity
+            p=pose[:3, 3] + R @ self._tip,
+            R=R,
+            J=J[:, ARM],
+            drift=J[:, PLATFORM] @ base.velocity,
+            q=q,
         )
 
     def torque(self, feedforward: Array, feedback: Array, base_acceleration: Array) -> Array:

@@ -126,11 +126,6 @@ class DelayedEKF(PlanarEKF):
         return bool(self._events)
 
     @property
-    def settled(self) -> bool:
-        """Whether `belief` contains all that was added."""
-        return len(self._beliefs) == len(self._events)
-
-    @property
     def belief(self) -> Belief:
         """After the newest measurement, as of the last `settle`."""
         return self._beliefs[-1]

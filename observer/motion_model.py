@@ -28,11 +28,6 @@ import numpy as np
 from services.messages import Array
 
 SIZE = 12
-POSE = slice(0, 3)
-VELOCITY = slice(3, 6)
-DISTURBANCE = slice(6, 9)
-GYRO_BIAS = 9
-ACCEL_BIAS = slice(10, 12)
 
 Floats = Sequence[float]
 

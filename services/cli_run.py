@@ -42,7 +42,7 @@ def run(
     """Run a scenario in lockstep; print figures, write log and pictures under runs/."""
     from arm.hds import ProgramError
     from deploy.tomlfile import BadFile
-    from services.run import run_lockstep, write
+    from services.run import run_lockstep, write, write_report
     from sim.scenario import load_scenario
 
     if duration is not None and duration <= 0:
@@ -57,11 +57,8 @@ def run(
         fail(str(error), 2)
     except OSError as error:
         fail(f"cannot write to {error.filename}: {error.strerror}", 2)
-    (folder / "result.json").write_text(jsonlib.dumps(done.result, indent=2) + "\n")
-    if pictures:
-        from services.report import write_pictures
-
-        write_pictures(done.log, folder, f"{loaded.name}, observer {observer}, seed {seed}")
+    title = f"{loaded.name}, observer {observer}, seed {seed}"
+    write_report(done.log, done.result, folder, title, pictures)
     if json:
         typer.echo(jsonlib.dumps(done.result))
     else:

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from services.evaluation import figures_of
-from services.report import write_pictures
-from services.run import outcome_of
+from services.run import outcome_of, write_report
 from services.runlog import RunLog, read_log
 from services.supervisor import Plan
 from services.topics import HEALTH, TRUTH
@@ -44,9 +42,8 @@ def write_live_report(plan: Plan, folder: Path, ended: float) -> dict[str, Any]:
         **figures_of(log),
         "loops": loops_of(log),
     }
-    (folder / "result.json").write_text(json.dumps(result, indent=2) + "\n")
     title = f"{result['scenario']}, observer {plan.observer}, {plan.mode}"
-    write_pictures(log, folder, title)
+    write_report(log, result, folder, title)
     return result
 
 

@@ -27,13 +27,10 @@ from services.endpoints import Endpoints, local, make_run_dir
 from services.lockstep import Lockstep
 from services.messages import Message
 from services.paced import run_paced
-from services.provenance import provenance
-from services.recorder import Recorder, free_name
 from services.requests import Requests
 from services.runner import ROBOT, run_live
 from services.service import Inbox, Service
 from services.topics import ARM_STATE, PROCESSES, RECORDER, SERVICES, Topic
-from sim.scenario import load_scenario
 
 FACTORY = "services.components:build_service"
 WARM_UP_TICKS = 300
@@ -125,6 +122,11 @@ def _run(options: argparse.Namespace) -> None:
 
 
 def _record(options: argparse.Namespace, stop: threading.Event) -> None:
+    # imported here: the other processes are back sooner after a restart without these
+    from services.provenance import provenance
+    from services.recorder import Recorder, free_name
+    from sim.scenario import load_scenario
+
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, lambda *_: stop.set())  # no last resort: it writes to the end
     recorder = Recorder(

@@ -60,8 +60,8 @@ class Recorder:
 
 def free_name(path: Path) -> Path:
     """``path``, or with a number if a recorder that died has left a file there."""
-    for number in range(2, 1000):
-        if not path.exists():
-            return path
-        path = path.with_name(f"{path.stem.rstrip('0123456789').rstrip('-')}-{number}{path.suffix}")
-    return path
+    number, free = 1, path
+    while free.exists():
+        number += 1
+        free = path.with_name(f"{path.stem}-{number}{path.suffix}")
+    return free

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -92,3 +93,14 @@ def write(run: Run, folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     about = provenance(run.scenario, run.result["seed"], run.result["observer"])
     run.result["log_sha256"] = run.log.write(folder / "run.mcap", about)
+
+
+def write_report(
+    log: RunLog, result: dict[str, Any], folder: Path, title: str, pictures: bool = True
+) -> None:
+    """Write the result as ``result.json``, and the pictures beside it."""
+    (folder / "result.json").write_text(json.dumps(result, indent=2) + "\n")
+    if pictures:
+        from services.report import write_pictures  # slow to import, and not always wanted
+
+        write_pictures(log, folder, title)

@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 from services import messages as m
 from services.service import Inbox, Outbox, Reply
 from services.topics import ARM_COMMAND, ARM_STATE, BASE_COMMAND, IMU, ODOMETRY, TRUTH, Topic
+from sim.disturbance import disturbance_from
 from sim.scenario import Scenario
 from sim.simulator import Simulator
 
@@ -40,7 +41,7 @@ class SimService:
         """``disturb``: kind and its options."""
         options = dict(args)
         kind = str(options.pop("kind", ""))
-        made = self.simulator.make_disturbance(kind, options, self._now)
+        made = disturbance_from(kind, options, self._now)
 
         def act() -> Reply:
             begun = self.simulator.disturb(made, self._now)

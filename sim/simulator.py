@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,7 +12,7 @@ from services.messages import (
     Message,
     Truth,
 )
-from sim.disturbance import Timed, disturbance_from
+from sim.disturbance import Timed
 from sim.drive import HOLDING, Drive
 from sim.effects import effects_at
 from sim.physics import DT, Physics
@@ -71,15 +69,6 @@ class Simulator:
         self._force = 0.0
         self._recent = np.zeros((TRUTH_EVERY, 4))
         self._set_brakes(True)
-
-    @staticmethod
-    def make_disturbance(kind: str, options: dict[str, Any], now: float) -> Timed:
-        """A disturbance that a person asks for; it begins now unless ``t`` is given.
-
-        Raises:
-            ValueError: unknown kind or option, or a value out of range.
-        """
-        return disturbance_from(kind, options, now)
 
     def disturb(self, disturbance: Timed, now: float) -> Timed:
         """Add a disturbance to the timeline."""

@@ -77,15 +77,10 @@ class Posture(Objective):
     def __init__(self, target: Array, gain: float = 1.0) -> None:
         self.target = target
         self.gain = gain
-        self.q = target
-
-    def observe(self, q: Array) -> None:
-        """Tell it the joint positions, shape (6,) [rad]."""
-        self.q = q
 
     def rows(self, kinematics: Kinematics, dt: float) -> Rows:
         """Gain times the distance, joint by joint."""
-        return Rows(np.eye(len(self.target)), self.gain * (self.target - self.q))
+        return Rows(np.eye(len(self.target)), self.gain * (self.target - kinematics.q))
 
 
 def edge(error: Array, tolerance: float) -> float:

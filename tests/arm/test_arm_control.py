@@ -3,19 +3,29 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from arm.control import Composable, Force, LowPass, Objective, Orientation, Position, solve
+from arm.control import (
+    Composable,
+    Force,
+    LowPass,
+    Objective,
+    Orientation,
+    Position,
+    Posture,
+    solve,
+)
 from arm.control.motion import edge
 from arm.control.objective import Rows
 from arm.model import Kinematics
 from services.messages import Array
 
-HERE = Kinematics(np.zeros(3), np.eye(3), np.eye(6), np.zeros(6))
+HERE = Kinematics(np.zeros(3), np.eye(3), np.eye(6), np.zeros(6), np.zeros(6))
 
 
 class Named(Objective):
@@ -229,7 +239,7 @@ def test_force_speed_is_an_admittance_with_bounded_acceleration() -> None:
 
 def test_force_takes_out_what_the_platform_does() -> None:
     """On a platform that drives at the board the joints give way by as much."""
-    moving = Kinematics(np.zeros(3), np.eye(3), np.eye(6), np.array([0.3, 0, 0, 0, 0, 0]))
+    moving = replace(HERE, drift=np.array([0.3, 0, 0, 0, 0, 0]))
     force = Force(np.array([1.0, 0, 0]), gain=0.02)
     force.begin(1.5, 0.0)
     force.press(1.5, 1.5)
@@ -246,3 +256,15 @@ def test_low_pass_halves_the_power_twice_at_its_cutoff() -> None:
     assert np.abs(below[2000:]).max() == pytest.approx(1.0, rel=0.01)
     assert LowPass(5.0).step(3.0, 0.001) == 3.0
     assert LowPass(math.inf).step(7.0, 0.001) == 7.0
+
+
+def test_posture_uses_only_the_freedom_that_is_left() -> None:
+    """It draws every free joint to its target, and none that a higher objective needs."""
+    position = Position(np.eye(3))
+    position.track(np.zeros(3), np.zeros(3))
+    bent = replace(HERE, q=np.full(6, 0.5))
+    composite = Posture(np.zeros(6), gain=2.0).subject_to(position)
+    qd = solve([part.rows(bent, 0.001) for part in composite.parts()], 6)
+    np.testing.assert_allclose(qd[:3], 0.0, atol=1e-12)
+    # what is left of six rows is of rank three, and damped for it
+    np.testing.assert_allclose(qd[3:], -1.0, rtol=5e-3)
