@@ -48,6 +48,11 @@ class Platform(Strict):
     acceleration_limit: Vector3
     lag: Positive
     command_delay: NonNegative
+    disturbance: tuple[Positive, Positive, Positive]
+    """Acceleration that the command does not explain, standard deviation
+    [m/s^2, m/s^2, rad/s^2] ..."""
+    disturbance_time: Positive = 0.3
+    """... and its correlation time [s]."""
 
 
 class Odometry(Strict):
@@ -56,6 +61,10 @@ class Odometry(Strict):
     rate: Positive
     delay: NonNegative
     resolution: Vector3
+    noise: tuple[Positive, Positive, Positive] = (1e-4, 1e-4, 5e-5)
+    """Standard deviation before rounding [m, m, rad]."""
+    scale: tuple[Positive, Positive] = (1.0, 1.0)
+    """What it reads over what is true, of distance and of heading turned."""
 
 
 class Imu(Strict):
@@ -68,6 +77,8 @@ class Imu(Strict):
     accel_noise: NonNegative
     accel_bias: NonNegative
     position: Vector3
+    rotation: Vector3 = (0.0, 0.0, 0.0)
+    """R_BI as roll, pitch, yaw: turns what it reads into B [rad]."""
 
 
 class LoadCell(Strict):
@@ -77,14 +88,19 @@ class LoadCell(Strict):
     moment_noise: NonNegative
 
 
-class Robot(Strict):
+class MobileBase(Strict):
+    """A platform and the sensors that tell its motion: all that the observer asks of a robot."""
+
+    platform: Platform
+    odometry: Odometry
+    imu: Imu
+
+
+class Robot(MobileBase):
     """Everything a robot is."""
 
     arm: Arm
     pen: Pen
-    platform: Platform
-    odometry: Odometry
-    imu: Imu
     load_cell: LoadCell
 
 

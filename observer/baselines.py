@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from deploy.robot import Robot
+from deploy.robot import MobileBase
 from observer.report import NEVER, unknown
 from observer.sensor_models import wrap
 from services.messages import Array, BaseCommand, Estimate, Imu, Odometry
@@ -50,7 +50,7 @@ class Taylor:
         ValueError: order out of range.
     """
 
-    def __init__(self, robot: Robot, order: int = 1, horizon: float = 0.5) -> None:
+    def __init__(self, robot: MobileBase, order: int = 1, horizon: float = 0.5) -> None:
         if not 0 <= order <= 5:
             raise ValueError(f"order {order} is not in 0..5")
         self.order, self.horizon = order, horizon
@@ -114,7 +114,7 @@ class Taylor:
 class Hold(Taylor):
     """The newest odometry pose, velocity zero: what using odometry as it comes amounts to."""
 
-    def __init__(self, robot: Robot) -> None:
+    def __init__(self, robot: MobileBase) -> None:
         super().__init__(robot, order=0)
 
     def step(

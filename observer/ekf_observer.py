@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from deploy.robot import Robot
+from deploy.robot import MobileBase
 from observer.belief import IMU, ODOMETRY
 from observer.motion_model import SIZE, Floats
 from observer.observer_options import ObserverOptions, make_filter
@@ -32,7 +32,7 @@ class EkfObserver:
         options: what is assumed beyond that.
     """
 
-    def __init__(self, robot: Robot, options: ObserverOptions | None = None) -> None:
+    def __init__(self, robot: MobileBase, options: ObserverOptions | None = None) -> None:
         self.robot = robot
         self.options = options or ObserverOptions()
         self._delay = self.options.command_latency + robot.platform.command_delay

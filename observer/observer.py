@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Protocol
 
-from deploy.robot import Robot
+from deploy.robot import MobileBase
 from observer.baselines import Hold, Taylor, TruthReference
 from observer.ekf_observer import EkfObserver
 from observer.observer_options import ObserverOptions
@@ -41,7 +41,7 @@ class Observer(Protocol):
 
 
 def make_observer(
-    kind: str, robot: Robot, *, options: ObserverOptions | None = None, order: int = 1
+    kind: str, robot: MobileBase, *, options: ObserverOptions | None = None, order: int = 1
 ) -> Observer:
     """Build an observer.
 

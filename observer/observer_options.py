@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from deploy.robot import Robot
+from deploy.robot import MobileBase
 from observer.delayed_ekf import DelayedEKF
 from observer.filter_options import FilterOptions
 from observer.motion_model import MotionModel
@@ -17,14 +17,10 @@ from observer.sensor_models import ImuModel, OdometryModel
 class ObserverOptions:
     """What the observer assumes beyond the robot's description; reasons in docs/observer.md."""
 
-    disturbance: tuple[float, float, float] = (0.075, 0.075, 0.15)
-    """Standard deviation of the disturbance acceleration [m/s^2, m/s^2, rad/s^2]."""
-    correlation: float = 0.3
-    """Correlation time of the disturbance [s]."""
+    disturbance_factor: float = 1.5
+    """Disturbance assumed, over the stated one: too little is worse than too much."""
     imu_noise_factor: float = 1.2
     """IMU noise assumed, over the stated one: understating it ruins consistency."""
-    odometry_noise: tuple[float, float, float] = (1e-4, 1e-4, 5e-5)
-    """Standard deviation of odometry before rounding [m, m, rad]."""
     command_latency: float = 0.0015
     """From the stamp of a command to the drive, beside the drive's own dead time [s]."""
     covariance_period: float = 0.010
@@ -40,13 +36,14 @@ class ObserverOptions:
     limits: Limits = field(default_factory=Limits)
 
 
-def make_filter(robot: Robot, options: ObserverOptions) -> DelayedEKF:
+def make_filter(robot: MobileBase, options: ObserverOptions) -> DelayedEKF:
     """A filter for a robot, from its description and what we assume beyond it."""
+    factor, (a, b, c) = options.disturbance_factor, robot.platform.disturbance
     motion = MotionModel(
         lag=robot.platform.lag,
         acceleration_limit=robot.platform.acceleration_limit,
-        disturbance=options.disturbance,
-        correlation=options.correlation,
+        disturbance=(factor * a, factor * b, factor * c),
+        correlation=robot.platform.disturbance_time,
     )
     imu = ImuModel(
         motion=motion,
@@ -56,7 +53,7 @@ def make_filter(robot: Robot, options: ObserverOptions) -> DelayedEKF:
     )
     return DelayedEKF(
         motion,
-        OdometryModel(robot.odometry.resolution, options.odometry_noise),
+        OdometryModel(robot.odometry.resolution, robot.odometry.noise),
         imu,
         gyro_bias=robot.imu.gyro_bias,
         accel_bias=robot.imu.accel_bias,

@@ -101,6 +101,13 @@ class Odometry(Message):
 
 
 @dataclass(frozen=True, slots=True)
+class WheelSpeed(Message):
+    """Velocity V_OB_B of the platform from its wheels, stamped in the middle of its averaging."""
+
+    velocity: Array = array(3, unit="m/s, m/s, rad/s", lo=-50, hi=50)
+
+
+@dataclass(frozen=True, slots=True)
 class Imu(Message):
     """Gyro [rad/s] and accelerometer (specific force) [m/s^2], both in the sensor's frame."""
 
