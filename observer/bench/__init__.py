@@ -1,0 +1,1 @@
+"""How good the observer is: a seeded planar world, references, baselines, figures."""
