@@ -14,10 +14,10 @@ from functools import cache
 import numpy as np
 import pytest
 
+from observer.bench.world import ROBOT, Run, drive, run, simulate, still, sway
 from observer.filter_options import FilterOptions
 from observer.metrics import jitter, largest_step, nees, rms
 from observer.observer import Observer, ObserverOptions, make_observer
-from tests.observer.planar_world import ROBOT, Run, drive, run, simulate, still, sway
 
 PUSHES = (6.5, 9.3, 12.1)
 

@@ -11,12 +11,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from observer.belief import IMU, ODOMETRY
+from observer.bench.world import DT, ROBOT, World, simulate, still, sway
 from observer.delayed_ekf import DelayedEKF
 from observer.filter_options import FilterOptions
 from observer.observer import make_observer
 from observer.observer_options import ObserverOptions, make_filter
 from services.messages import BaseCommand, Estimate, Imu, Odometry, check
-from tests.observer.planar_world import DT, ROBOT, World, simulate, still, sway
 
 
 def fresh(**options: object) -> DelayedEKF:

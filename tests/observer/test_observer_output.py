@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from observer.baselines import Hold, Taylor, TruthReference
+from observer.bench.world import ROBOT, run, simulate, sway
 from observer.metrics import chi2_band, chi2_quantile, jitter, largest_step, nees, nis, rms
 from observer.observer import KINDS, make_observer
 from observer.output import SmoothOutput
 from services.messages import BaseCommand, Estimate, Imu, Odometry, check
-from tests.observer.planar_world import ROBOT, run, simulate, sway
 
 
 def odometry(t: float, x: float, heading: float = 0.0) -> Odometry:
