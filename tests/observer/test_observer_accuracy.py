@@ -14,7 +14,9 @@ from functools import cache
 import numpy as np
 import pytest
 
-from observer.bench.world import ROBOT, Run, drive, run, simulate, still, sway
+from observer.bench.manoeuvres import drive, still, sway
+from observer.bench.play import Run, run
+from observer.bench.world import ROBOT, simulate
 from observer.filter_options import FilterOptions
 from observer.metrics import jitter, largest_step, nees, rms
 from observer.observer import Observer, ObserverOptions, make_observer

@@ -11,7 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from observer.belief import IMU, ODOMETRY
-from observer.bench.world import DT, ROBOT, World, simulate, still, sway
+from observer.bench.manoeuvres import still, sway
+from observer.bench.world import DT, ROBOT, World, simulate
 from observer.delayed_ekf import DelayedEKF
 from observer.filter_options import FilterOptions
 from observer.observer import make_observer
@@ -69,12 +70,12 @@ def test_arrival_order_does_not_matter(seed: int, burst: int) -> None:
     a, b = f.belief, in_order().belief
     assert a.t == b.t
     assert np.array_equal(a.x, b.x) and np.array_equal(a.P, b.P)
-    assert (a.odometry_gated, a.imu_gated, a.alert_until) == (
+    assert (a.odometry_gated, a.imu_gated, a.mode) == (
         b.odometry_gated,
         b.imu_gated,
-        b.alert_until,
+        b.mode,
     )
-    assert a.odometry_gated > 0 and a.alert_until > 0.9  # the world did exercise both
+    assert a.odometry_gated > 0 and a.mode.until > 0.9  # the world did exercise both
 
 
 def test_a_late_measurement_changes_the_belief_as_if_in_time() -> None:
@@ -193,7 +194,7 @@ def test_a_push_raises_the_disturbance_at_once() -> None:
     for _, m in world.arrivals:
         feed(f, m)
         f.settle()
-        if alert is None and f.started and f.belief.alert_until > f.belief.t:
+        if alert is None and f.started and f.belief.mode.until > f.belief.t:
             alert = f.belief.t
     assert alert == pytest.approx(2.505, abs=0.016)
     assert f.belief.imu_gated == 0

@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from observer.baselines import Hold, Taylor, TruthReference
-from observer.bench.world import ROBOT, run, simulate, sway
+from observer.bench.manoeuvres import sway
+from observer.bench.play import run
+from observer.bench.world import ROBOT, simulate
 from observer.metrics import chi2_band, chi2_quantile, jitter, largest_step, nees, nis, rms
 from observer.observer import KINDS, make_observer
 from observer.output import SmoothOutput
