@@ -63,6 +63,8 @@ class Odometry(Strict):
     resolution: Vector3
     noise: tuple[Positive, Positive, Positive] = (1e-4, 1e-4, 5e-5)
     """Standard deviation before rounding [m, m, rad]."""
+    speed_noise: tuple[Positive, Positive, Positive] = (0.02, 0.02, 0.02)
+    """Standard deviation of wheel speeds, where those are used [m/s, m/s, rad/s]."""
     scale: tuple[Positive, Positive] = (1.0, 1.0)
     """What it reads over what is true, of distance and of heading turned."""
 

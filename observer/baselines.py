@@ -10,7 +10,7 @@ import numpy as np
 from deploy.robot import MobileBase
 from observer.report import NEVER, unknown
 from observer.sensor_models import wrap
-from services.messages import Array, BaseCommand, Estimate, Imu, Odometry
+from services.messages import Array, BaseCommand, Estimate, Imu, Odometry, WheelSpeed
 
 
 def _estimate(
@@ -67,8 +67,9 @@ class Taylor:
         odometry: Sequence[Odometry] = (),
         imu: Sequence[Imu] = (),
         commands: Sequence[BaseCommand] = (),
+        speeds: Sequence[WheelSpeed] = (),
     ) -> Estimate:
-        """Estimate at ``now``; IMU and commands are ignored."""
+        """Estimate at ``now``; all but odometry poses is ignored."""
         for o in odometry:
             self._take(o)
         if not self._samples:
@@ -123,6 +124,7 @@ class Hold(Taylor):
         odometry: Sequence[Odometry] = (),
         imu: Sequence[Imu] = (),
         commands: Sequence[BaseCommand] = (),
+        speeds: Sequence[WheelSpeed] = (),
     ) -> Estimate:
         """Estimate at ``now``: the newest pose, however old."""
         return super().step(now, odometry)
@@ -152,6 +154,7 @@ class TruthReference:
         odometry: Sequence[Odometry] = (),
         imu: Sequence[Imu] = (),
         commands: Sequence[BaseCommand] = (),
+        speeds: Sequence[WheelSpeed] = (),
     ) -> Estimate:
         """What was told, carried on to ``now`` with constant acceleration; inputs are ignored."""
         if self._told is None:

@@ -7,10 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from observer.modes import ModeState
 from services.messages import Array
 
-IMU, ODOMETRY = 0, 1
-NAMES = ("imu", "odometry")
+IMU, ODOMETRY, SPEED = 0, 1, 2
+NAMES = ("imu", "odometry", "speed")
 _ZERO = np.zeros(3)
 
 
@@ -31,9 +32,9 @@ class Belief:
 
     t: float
     x: Array
-    """(12), see motion_model."""
+    """(14), see motion_model."""
     P: Array
-    """(12, 12)."""
+    """(14, 14)."""
     odometry: Array
     """Newest odometry pose (3), fused or not."""
     repeats: tuple[int, int, int] = (0, 0, 0)
@@ -44,6 +45,7 @@ class Belief:
     odometry_nis: float = 0.0
     imu_innovation: Array = field(default_factory=lambda: _ZERO)
     imu_nis: float = 0.0
+    speed_nis: float = 0.0
     odometry_refused: int = 0
     """Odometry refused by the gate in a row."""
     imu_refused: int = 0
@@ -52,9 +54,18 @@ class Belief:
     """Odometry refused by the gate since start."""
     imu_gated: int = 0
     """IMU readings refused by the gate since start."""
-    alert_until: float = -1e300
-    """Until then the disturbance is taken to be large [s]."""
-    standing: bool = False
-    """Whether the platform is taken to be held by its brakes and friction."""
+    mode: ModeState = ModeState()
     slip_until: float = -1e300
     """Until then slip is reported [s]."""
+    log_likelihood: float = 0.0
+    """Of all innovations so far; counted only if `FilterOptions.likelihood`."""
+    hypotheses: tuple[Hypothesis, ...] = ()
+    """What each mode believes; of `observer.imm` alone."""
+
+
+class Hypothesis(NamedTuple):
+    """One mode's belief and its probability."""
+
+    x: Array
+    P: Array
+    weight: float

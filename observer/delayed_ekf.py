@@ -1,9 +1,14 @@
-"""An extended Kalman filter that fuses every measurement at the instant it was sampled.
+"""A history in front of a filter: every measurement is fused at the instant it was sampled.
 
 A history of (measurement, belief after it) is kept in the order of sampling. A late measurement
-goes to its place and everything after it is done again: the exact method, affordable because delays
-are short (see Larsen et al., CDC 1998, for approximations where they are not). What the filter
-knows is therefore a function of the set of measurements and commands, not of their arrival.
+goes to its place and everything after it is done again: the exact method (see Larsen et al., CDC
+1998, for approximations). What the filter knows is therefore a function of the set of measurements
+and commands, not of their arrival.
+
+Where delays are long, replay is spread over ticks: at most a budget of measurements is fused per
+tick. Meanwhile the belief served is the one from before the late measurement, kept up to date with
+what is newer; when the replay has caught up, it takes over. Late measurements that arrive during a
+replay which is already past them wait for its end, so that it always ends.
 """
 
 from __future__ import annotations
@@ -15,37 +20,36 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from observer.belief import IMU, NAMES, ODOMETRY, Belief, Event
-from observer.filter_options import FilterOptions
-from observer.motion_model import MotionModel
+from observer.belief import IMU, NAMES, ODOMETRY, SPEED, Belief, Event
+from observer.commands import CommandHistory
 from observer.planar_ekf import PlanarEKF
-from observer.sensor_models import ImuModel, OdometryModel
 from services.messages import Array
 
 
-class DelayedEKF(PlanarEKF):
+class DelayedEKF:
     """Filter with history.
 
     Use: `add` measurements, `command` the commands, `settle`, then read `belief` (after the newest
     measurement) or `extrapolate` to now.
 
-    Arguments and errors are those of `PlanarEKF`.
+    Args:
+        ekf: fuses one measurement after another.
     """
 
-    def __init__(
-        self,
-        motion: MotionModel,
-        odometry: OdometryModel,
-        imu: ImuModel,
-        gyro_bias: float,
-        accel_bias: float,
-        options: FilterOptions | None = None,
-    ) -> None:
-        super().__init__(motion, odometry, imu, gyro_bias, accel_bias, options)
+    def __init__(self, ekf: PlanarEKF) -> None:
+        self.ekf = ekf
+        self.options, self.motion = ekf.options, ekf.motion
         self.refused: Counter[str] = Counter()
         self._events: list[Event] = []
         self._keys: list[tuple[float, int]] = []
         self._beliefs: list[Belief] = []
+        """After each event; shorter than the events while there is something to do again."""
+        self._served: Belief | None = None
+        """What is believed meanwhile; None: the last of the beliefs."""
+        self._ahead: list[Event] = []
+        """Events that the belief served lacks; they are in the history, too."""
+        self._waiting: dict[tuple[float, int], Event] = {}
+        """Late events that a replay under way has already passed."""
 
     # -- input ------------------------------------------------------------------------------
 
@@ -53,7 +57,8 @@ class DelayedEKF(PlanarEKF):
         """Take a measurement in; it is fused by the next `settle`.
 
         Args:
-            sensor: ODOMETRY (z = x, y, heading) or IMU (z = gyro z, accel x, accel y).
+            sensor: ODOMETRY (z = x, y, heading), SPEED (z = vx, vy, w) or IMU (z = gyro z, accel x,
+                accel y).
             t: instant at which it was sampled [s].
             z: values (3).
             now: the present [s].
@@ -68,27 +73,36 @@ class DelayedEKF(PlanarEKF):
             return self._refuse(name, "non-finite")
         if t > now + self.options.future:
             return self._refuse(name, "future")
-        if not self._events:
+        if not self._events or t - self._keys[-1][0] > self.options.gap:
             if sensor == IMU:
                 return self._refuse(name, "before_start")
-            self._begin(self.first(t, value))
-            return True
-        if t - self._keys[-1][0] > self.options.gap:
-            if sensor == IMU:
-                return self._refuse(name, "before_start")
-            self.settle()
-            self._begin(self.again(self.belief, t, value))
+            self._begin(sensor, t, value)
             return True
         key = (t, sensor)
         i = bisect_left(self._keys, key)
-        if i < len(self._keys) and self._keys[i] == key:
+        if key in self._waiting or (i < len(self._keys) and self._keys[i] == key):
             return self._refuse(name, "duplicate")
         if i == 0 or t < self._keys[-1][0] - self.options.history:
             return self._refuse(name, "too_old")
-        self._events.insert(i, Event(t, sensor, value))
-        self._keys.insert(i, key)
-        del self._beliefs[i:]
+        event = Event(t, sensor, value)
+        if self._served is not None and i < len(self._beliefs):
+            self._waiting[key] = event
+            return True
+        self._insert(i, event)
         return True
+
+    def _insert(self, i: int, event: Event) -> None:
+        self._redo(i)
+        if self._served is not None and i == len(self._events):
+            self._ahead.append(event)
+        self._events.insert(i, event)
+        self._keys.insert(i, (event.t, event.sensor))
+
+    def _redo(self, i: int) -> None:
+        """Everything from the ``i``-th event on is to be fused again; serve the old meanwhile."""
+        if self._served is None and len(self._beliefs) > i:
+            self._served, self._ahead = self._beliefs[-1], self._events[len(self._beliefs) :]
+        del self._beliefs[i:]
 
     def command(self, t: float, velocity: Sequence[float] | Array) -> bool:
         """Take a command in: ``velocity`` V_OB_B (3) acts on the drive from ``t`` [s] on.
@@ -104,21 +118,41 @@ class DelayedEKF(PlanarEKF):
         if not self.commands.insert(t, (vx, vy, w)):
             return self._refuse("command", "duplicate")
         self.commands.forget(t - self.options.gap - self.options.history - 1.0)
-        i = bisect_right(self._keys, (t, -1))
         # what was measured before t does not change; the first belief is where history begins
-        del self._beliefs[max(i, 1) :]
+        self._redo(max(bisect_right(self._keys, (t, -1)), 1))
         return True
 
-    def _begin(self, belief: Belief) -> None:
-        self._events = [Event(belief.t, ODOMETRY, belief.odometry)]
-        self._keys = [(belief.t, ODOMETRY)]
+    def _begin(self, sensor: int, t: float, value: Array) -> None:
+        """Start at a pose, or at zero where only wheel speeds are to be had; keep the biases."""
+        pose = value if sensor == ODOMETRY else np.zeros(3)
+        if self._events:
+            self.settle()
+            before = self.belief
+            if sensor == SPEED:
+                pose = before.x[:3].copy()
+            belief = self.ekf.again(before, t, pose)
+            if sensor == SPEED:  # nobody said where it went meanwhile
+                far = (t - before.t) * np.array(self.options.speed)
+                belief.P[:3, :3] += before.P[:3, :3] + np.diag(far**2)
+        else:
+            belief = self.ekf.first(t, pose)
+        self._events = [Event(t, ODOMETRY, pose)]
+        self._keys = [(t, ODOMETRY)]
         self._beliefs = [belief]
+        self._served, self._ahead, self._waiting = None, [], {}
+        if sensor == SPEED:
+            self._insert(1, Event(t, SPEED, value))
 
     def _refuse(self, name: str, reason: str) -> bool:
         self.refused[f"{name}: {reason}"] += 1
         return False
 
     # -- output -----------------------------------------------------------------------------
+
+    @property
+    def commands(self) -> CommandHistory:
+        """What the drive was told."""
+        return self.ekf.commands
 
     @property
     def started(self) -> bool:
@@ -128,7 +162,11 @@ class DelayedEKF(PlanarEKF):
     @property
     def belief(self) -> Belief:
         """After the newest measurement, as of the last `settle`."""
-        return self._beliefs[-1]
+        return self._served if self._served is not None else self._beliefs[-1]
+
+    def extrapolate(self, belief: Belief, t: float) -> tuple[Array, Array]:
+        """State (14) and covariance (14, 14) at ``t`` >= belief.t, from commands alone."""
+        return self.ekf.extrapolate(belief, t)
 
     def rejected(self) -> dict[str, int]:
         """Refused measurements since start, by ``sensor: reason``."""
@@ -141,12 +179,41 @@ class DelayedEKF(PlanarEKF):
                 out["imu: gate"] = belief.imu_gated
         return out
 
-    def settle(self) -> None:
-        """Fuse what was added, from the oldest addition on, and drop what is past the history."""
+    @property
+    def settled(self) -> bool:
+        """Whether everything added is part of the belief, each at its instant."""
+        return not self._waiting and len(self._beliefs) == len(self._events)
+
+    def settle(self, budget: int | None = None) -> None:
+        """Fuse what was added, each at its instant, and drop what is past the history.
+
+        Args:
+            budget: measurements to fuse at most, but for those newer than the belief served, which
+                are never left waiting; None: all.
+        """
         if not self._events:
             return
-        for event in self._events[len(self._beliefs) :]:
-            self._beliefs.append(self.fuse(self._beliefs[-1], event))
+        left = math.inf if budget is None else budget
+        if self._waiting or len(self._events) - len(self._beliefs) > left:
+            for event in self._ahead:
+                assert self._served is not None
+                self._served = self.ekf.fuse(self._served, event)
+            left = max(left - len(self._ahead), 1)
+        self._ahead = []
+        while left > 0 and not self.settled:
+            if len(self._beliefs) == len(self._events):
+                waiting, self._waiting = self._waiting, {}
+                for key in sorted(waiting):
+                    self._insert(bisect_left(self._keys, key), waiting[key])
+            while left > 0 and len(self._beliefs) < len(self._events):
+                event = self._events[len(self._beliefs)]
+                self._beliefs.append(self.ekf.fuse(self._beliefs[-1], event))
+                left -= 1
+        if len(self._beliefs) == len(self._events):
+            self._served = None
+            self._forget()
+
+    def _forget(self) -> None:
         limit = self._keys[-1][0] - self.options.history
         drop = bisect_left(self._keys, (limit, -1)) - 1
         if drop > 16:  # in bundles: deleting from the front of a list moves the rest

@@ -9,12 +9,14 @@ from dataclasses import replace
 import numpy as np
 
 from deploy.robot import MobileBase
-from observer.belief import IMU, ODOMETRY
+from observer.belief import IMU, ODOMETRY, SPEED
 from observer.motion_model import SIZE, Floats
 from observer.observer_options import ObserverOptions, make_filter
 from observer.output import SmoothOutput
 from observer.report import NEVER, covariance_in_O, reasons, unknown
-from services.messages import BaseCommand, Estimate, Imu, Odometry
+from observer.sensor_models import rotation_of
+from observer.wheel_scale import WheelScale
+from services.messages import Array, BaseCommand, Estimate, Imu, Odometry, WheelSpeed
 
 
 def _velocity_in_O(x: Floats) -> tuple[float, float, float]:
@@ -37,15 +39,18 @@ class EkfObserver:
         self.options = options or ObserverOptions()
         self._delay = self.options.command_latency + robot.platform.command_delay
         self._backwards = 0
+        self._R_BI = rotation_of(robot.imu.rotation)
+        self._smooth = self.options.output is not None
         self._reset()
 
     def _reset(self) -> None:
         self.filter = make_filter(self.robot, self.options)
         self.output = SmoothOutput(self.options.output)
+        self._wheels = WheelScale(self.robot.odometry.scale)
         self._now: float | None = None
         self._tip: list[float] | None = None  # state at _now
         self._P_tip = np.zeros((SIZE, SIZE))
-        self._P_time = 0.0
+        self._P_time, self._stale = 0.0, True
         self._covariance = unknown()
         self._sigma = (math.inf, math.inf)
         self._rejected: dict[str, int] = {}
@@ -58,6 +63,7 @@ class EkfObserver:
         odometry: Sequence[Odometry] = (),
         imu: Sequence[Imu] = (),
         commands: Sequence[BaseCommand] = (),
+        speeds: Sequence[WheelSpeed] = (),
     ) -> Estimate:
         """Take in what arrived since the last tick and estimate the platform at ``now``.
 
@@ -67,6 +73,7 @@ class EkfObserver:
             odometry: arrived poses X_OB, any order.
             imu: arrived readings, any order.
             commands: arrived commands V_OB_B, any order.
+            speeds: arrived wheel speeds V_OB_B, any order; instead of or beside poses.
 
         Returns:
             Estimate with ``t == now``.
@@ -74,34 +81,37 @@ class EkfObserver:
         if self._now is not None and now < self._now - self.options.filter.history:
             self._backwards += 1
             self._reset()
-        fresh = self._take(now, odometry, imu, commands)
+        fresh = self._take(now, odometry, imu, commands, speeds)
         if not self.filter.started:
             return self._nothing(now)
         dt = 0.0 if self._now is None else now - self._now
         if self._tip is None or dt > self.options.pause or self._lost():
             self._restart(now)
         elif dt > 0.0:
-            before = _velocity_in_O(self._tip)
-            tip = self._advance(self._tip, self._now or 0.0, now)
-            after = _velocity_in_O(tip)
-            self._tip = tip
-            if fresh:
-                self._correct(now)
-            elif now - self._P_time >= self.options.covariance_period:
-                self._carry(now)
-            self.output.step(
-                dt,
-                (after[0] - before[0], after[1] - before[1], after[2] - before[2]),
-                self._tip[:3],
-                _velocity_in_O(self._tip) if fresh else after,
-            )
-            if fresh or self._P_time == now:
-                self._update_covariance()
+            self._follow(self._now or 0.0, now, fresh)
         elif fresh:
-            self._correct(max(now, self._now or now))
-            self._update_covariance()
+            self._correct(self._now or now)
         self._now = now if self._now is None else max(now, self._now)
         return self._report(now)
+
+    def _follow(self, before: float, now: float, fresh: bool) -> None:
+        """Carry prediction and output on from the last tick; correct them if there is news."""
+        assert self._tip is not None
+        old = _velocity_in_O(self._tip)
+        self._tip = self._advance(self._tip, before, now)
+        new = _velocity_in_O(self._tip)
+        if fresh:
+            self._correct(now)
+        target = _velocity_in_O(self._tip) if fresh else new
+        if self._smooth:
+            increment = (new[0] - old[0], new[1] - old[1], new[2] - old[2])
+            self.output.step(now - before, increment, self._tip[:3], target)
+        else:
+            self.output.reset(self._tip[:3], target)
+        # the covariance is brought up to date in a tick of its own, when there is one to spare
+        since = now - self._P_time
+        if (self._stale and not fresh) or since >= self.options.covariance_period:
+            self._update_covariance(now)
 
     # -- parts of a tick ----------------------------------------------------------------------
 
@@ -111,25 +121,46 @@ class EkfObserver:
         odometry: Sequence[Odometry],
         imu: Sequence[Imu],
         commands: Sequence[BaseCommand],
+        speeds: Sequence[WheelSpeed],
     ) -> bool:
-        """Pass messages to the filter; whether anything was measured (commands act alone)."""
-        if not (odometry or imu or commands):
-            return False
-        f, newest, fresh = self.filter, self._newest, False
+        """Pass messages to the filter; whether the belief has changed (commands act alone)."""
+        f, newest, undelayed = self.filter, self._newest, self.options.undelayed
+        if not (odometry or imu or commands or speeds):
+            if not f.started or f.settled:
+                return False
+            f.settle(self.options.filter.replay)
+            return f.settled
+        fresh = False
         for c in commands:
             if f.command(c.t + self._delay, c.velocity):
                 newest["command"] = max(newest["command"], c.t)
         for o in odometry:
-            if f.add(ODOMETRY, o.t, o.pose, now):
+            t = now if undelayed else o.t
+            if f.add(ODOMETRY, t, self._wheels.correct(t, o.pose), now):
                 newest["odometry"], fresh = max(newest["odometry"], o.t), True
+        for s in speeds:
+            t = now if undelayed else s.t
+            if f.add(SPEED, t, self._scaled(s.velocity), now):
+                newest["odometry"], fresh = max(newest["odometry"], s.t), True
         for m in imu:
-            if f.add(IMU, m.t, (m.gyro[2], m.accel[0], m.accel[1]), now):
+            if f.add(IMU, now if undelayed else m.t, self._in_B(m), now):
                 newest["imu"], fresh = max(newest["imu"], m.t), True
-        f.settle()
+        f.settle(len(odometry) + len(speeds) + len(imu) + self.options.filter.replay)
         self._rejected = f.rejected()
         if self._backwards:
             self._rejected["clock: backwards"] = self._backwards
         return fresh
+
+    def _in_B(self, m: Imu) -> tuple[float, float, float]:
+        """Yaw rate and horizontal accelerometer as read along the axes of B."""
+        if self._R_BI is None:
+            return m.gyro[2], m.accel[0], m.accel[1]
+        accel = self._R_BI @ m.accel
+        return float(self._R_BI[2] @ m.gyro), float(accel[0]), float(accel[1])
+
+    def _scaled(self, velocity: Array) -> Array:
+        distance, turn = self.robot.odometry.scale
+        return velocity / (distance, distance, turn)
 
     def _lost(self) -> bool:
         """Whether output and filter are too far apart to be brought together in motion."""
@@ -140,9 +171,11 @@ class EkfObserver:
     def _restart(self, now: float) -> None:
         """Put the output onto the filter; a jump that can be seen makes it invalid for a while."""
         first, old = self._tip is None, self.output.pose
-        tip = self._correct(now)
+        self._correct(now)
+        tip = self._tip
+        assert tip is not None
         self.output.reset(tip[:3], _velocity_in_O(tip))
-        self._update_covariance()
+        self._update_covariance(now)
         if not first and math.dist(old, tip[:3]) > self.options.jump:
             self._jumped = now
 
@@ -151,26 +184,24 @@ class EkfObserver:
             x = self.filter.motion.advance(x, u, duration)
         return x
 
-    def _correct(self, now: float) -> list[float]:
+    def _correct(self, now: float) -> None:
         """Replace the prediction by the newest belief, carried on to now."""
         belief = self.filter.belief
-        x, self._P_tip = self.filter.extrapolate(belief, max(now, belief.t))
-        tip: list[float] = x.tolist()
-        self._tip, self._P_time = tip, now
-        return tip
+        self._tip = self._advance(belief.x.tolist(), belief.t, now)
+        self._stale = True
 
-    def _carry(self, now: float) -> None:
-        """Carry the covariance on without data, from where it was last."""
-        at = replace(self.filter.belief, t=self._P_time, x=np.array(self._tip), P=self._P_tip)
-        self._P_tip = self.filter.extrapolate(at, now)[1]
-        self._P_time = now
-
-    def _update_covariance(self) -> None:
+    def _update_covariance(self, now: float) -> None:
+        """What is known now: of a belief not yet accounted for, or without data as time passes."""
         assert self._tip is not None
+        belief = self.filter.belief
+        if not self._stale:
+            belief = replace(belief, t=self._P_time, x=np.array(self._tip), P=self._P_tip)
+        self._P_tip = self.filter.extrapolate(belief, max(now, belief.t))[1]
+        self._P_time, self._stale = now, False
         self._covariance = covariance_in_O(
             self._tip,
             self._P_tip,
-            self.filter.belief.repeats,
+            belief.repeats,
             self.robot.odometry.resolution,
             self.output.offset,
         )
@@ -209,6 +240,7 @@ class EkfObserver:
             imu_age=min(max(imu_age, 0.0), NEVER),
             command_age=min(max(command_age, 0.0), NEVER),
             rejected=self._rejected,
+            mode=belief.mode.mode.value,
             valid=valid,
             reason=reason,
         )

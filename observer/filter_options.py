@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 ODOMETRY_UPDATES = ("interval", "gaussian")
+MODES = ("switch", "imm", "single")
 
 
 @dataclass(frozen=True)
@@ -35,10 +36,11 @@ class FilterOptions:
     """No more doublings than that; velocity grows by 1 m/s, heading by 2 rad at most."""
     slip_report: float = 0.5
     """Slip is reported for this long after the last refused odometry [s]."""
-    standing: bool = True
-    """Recognise standstill, which friction makes exact on a wheeled platform."""
+    modes: str = "switch"
+    """``switch`` (an automaton on evidence), ``imm`` (weighs all modes) or ``single`` (none)."""
     standing_after: float = 0.3
-    """Standing: told to stand and odometry unchanged for so long [s], and no alert; then ..."""
+    """Standing, which friction makes exact on wheels: told to stand and odometry unchanged for so
+    long [s], and not disturbed; then ..."""
     standing_speed: tuple[float, float, float] = (0.001, 0.001, 0.0005)
     """... velocity is measured as zero with this deviation [m/s, m/s, rad/s] ..."""
     standing_factor: float = 0.01
@@ -47,5 +49,11 @@ class FilterOptions:
     """Longest single prediction [s]; longer ones are cut, which keeps the noise model true."""
     max_steps: int = 250
     """... into no more than this many."""
+    replay: int = 2
+    """Measurements fused again per tick, beside the new ones, until a late one is worked in."""
+    likelihood: bool = False
+    """Sum up the log-likelihood of the innovations, for tuning."""
+    floor_tilt: float = 0.03
+    """Standard deviation of gravity along an unknown floor [m/s^2]; 0.03 is 0.17 deg."""
     speed: tuple[float, float, float] = (0.5, 0.5, 0.5)
     """Standard deviation of the velocity before the first measurement [m/s, m/s, rad/s]."""

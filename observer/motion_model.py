@@ -1,12 +1,13 @@
 """How a planar platform moves: first-order response to its command, plus a random disturbance.
 
-State ``x`` (12), indices exported below::
+State ``x`` (14)::
 
     x, y, heading      X_OB, heading continuous           [m, m, rad]
     vx, vy, w          velocity of B in O, seen in B      [m/s, m/s, rad/s]
     dx, dy, dw         disturbance acceleration in B      [m/s^2, m/s^2, rad/s^2]
     bg                 gyro bias                          [rad/s]
     bax, bay           accelerometer biases               [m/s^2]
+    gx, gy             gravity along a tilted floor, in O [m/s^2]
 
 Per body axis, with command ``u``, lag ``tau`` and correlation time ``T``::
 
@@ -21,15 +22,45 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 from services.messages import Array
 
-SIZE = 12
+SIZE = 14
 
 Floats = Sequence[float]
+
+# where the Jacobian differs from the identity, in the order in which `jacobian` fills it
+_WHERE = np.array(
+    [(0, i) for i in range(2, 9)]
+    + [(1, i) for i in range(2, 9)]
+    + [(2, 5), (2, 8), (3, 3), (4, 4), (5, 5), (3, 6), (4, 7), (5, 8), (6, 6), (7, 7), (8, 8)]
+).T
+_ROWS, _COLUMNS = _WHERE
+_KEPT = 512
+"""Durations whose constants are remembered: ticks and sensor periods come again and again."""
+
+
+class _Constants(NamedTuple):
+    """What a duration makes of the equations, per unit of its cause."""
+
+    gone: float
+    """Share of the gap to the command closed."""
+    decay: float
+    """Share of the disturbance left."""
+    lost: float
+    """Displacement missing per unit of gap [s]."""
+    gained: float
+    """Velocity per disturbance [s]."""
+    moved: float
+    """Displacement per disturbance [s^2]."""
+    free_gained: float
+    """The same two while the drive saturates."""
+    free_moved: float
 
 
 @dataclass(frozen=True)
@@ -44,6 +75,7 @@ class MotionModel:
         correlation: its correlation time, T [s]; must differ from ``lag`` by 1 % at least.
         gyro_bias_walk: random walk of the gyro bias [rad/s per sqrt(s)].
         accel_bias_walk: random walk of the accelerometer biases [m/s^2 per sqrt(s)].
+        tilt_walk: random walk of the floor's tilt, as gravity along it [m/s^2 per sqrt(s)].
 
     Raises:
         ValueError: a time constant that is not positive, or ``correlation`` too close to ``lag``.
@@ -55,6 +87,11 @@ class MotionModel:
     correlation: float = 0.3
     gyro_bias_walk: float = 2e-5
     accel_bias_walk: float = 2e-4
+    tilt_walk: float = 2e-4
+    _constants: dict[float, _Constants] = field(default_factory=dict, compare=False, repr=False)
+    _noises: dict[tuple[float, float], Array] = field(
+        default_factory=dict, compare=False, repr=False
+    )
 
     def __post_init__(self) -> None:
         if not (self.lag > 0 and self.correlation > 0):
@@ -69,7 +106,7 @@ class MotionModel:
         """Derivative of the body velocity, and its slope in that velocity.
 
         Args:
-            x: state (12).
+            x: state (14).
             u: command V_OB_B (3) [m/s, m/s, rad/s].
 
         Returns:
@@ -88,37 +125,61 @@ class MotionModel:
                 slope.append(0.0)
         return rate, slope
 
-    def _shift(self, x: Floats, u: Floats, dt: float) -> tuple[list[float], list[float], float]:
-        """Velocity after ``dt``, displacement in B (3), and decay of the disturbance."""
+    def _for(self, dt: float) -> _Constants:
+        known = self._constants.get(dt)
+        if known is not None:
+            return known
         lag, corr = self.lag, self.correlation
         one_e = -math.expm1(-dt / lag)
         one_c = -math.expm1(-dt / corr)
         k = 1.0 / (1.0 / lag - 1.0 / corr)
-        a1 = lag * one_e
-        g0, g1 = k * (one_e - one_c), k * (corr * one_c - a1)
+        lost, h0 = lag * one_e, corr * one_c
+        c = _Constants(
+            gone=one_e,
+            decay=1.0 - one_c,
+            lost=lost,
+            gained=k * (one_e - one_c),
+            moved=k * (h0 - lost),
+            free_gained=h0,
+            free_moved=corr * (dt - h0),
+        )
+        if len(self._constants) >= _KEPT:
+            self._constants.clear()
+        self._constants[dt] = c
+        return c
+
+    @cached_property
+    def _reach(self) -> tuple[float, float, float]:
+        """Gap between command and velocity at which the drive saturates (3)."""
+        x, y, w = self.acceleration_limit
+        return x * self.lag, y * self.lag, w * self.lag
+
+    def _shift(self, x: Floats, u: Floats, dt: float) -> tuple[list[float], list[float], float]:
+        """Velocity after ``dt``, displacement in B (3), and decay of the disturbance."""
+        k, reach = self._for(dt), self._reach
         velocity, moved = [], []
-        for i in range(3):
-            v, d, limit = x[3 + i], x[6 + i], self.acceleration_limit[i]
+        for i in (0, 1, 2):
+            v, d, most = x[3 + i], x[6 + i], reach[i]
             gap = u[i] - v
-            if -limit * lag <= gap <= limit * lag:
-                velocity.append(v + gap * one_e + d * g0)
-                moved.append(u[i] * dt - gap * a1 + d * g1)
+            if -most <= gap <= most:
+                velocity.append(v + gap * k.gone + d * k.gained)
+                moved.append(u[i] * dt - gap * k.lost + d * k.moved)
             else:
-                a, h0 = math.copysign(limit, gap), corr * one_c
-                velocity.append(v + a * dt + d * h0)
-                moved.append((v + 0.5 * a * dt) * dt + d * corr * (dt - h0))
-        return velocity, moved, 1.0 - one_c
+                a = math.copysign(self.acceleration_limit[i], gap)
+                velocity.append(v + a * dt + d * k.free_gained)
+                moved.append((v + 0.5 * a * dt) * dt + d * k.free_moved)
+        return velocity, moved, k.decay
 
     def advance(self, x: Floats, u: Floats, dt: float) -> list[float]:
         """State after ``dt`` seconds of constant command.
 
         Args:
-            x: state (12).
+            x: state (14).
             u: command V_OB_B (3).
             dt: duration [s], not negative.
 
         Returns:
-            State (12) as a list: scalar arithmetic is what makes a 500 Hz tick cheap.
+            State (14) as a list: scalar arithmetic is what makes a 500 Hz tick cheap.
         """
         velocity, (sx, sy, turn), decay = self._shift(x, u, dt)
         middle = x[2] + 0.5 * turn
@@ -131,67 +192,70 @@ class MotionModel:
             x[6] * decay,
             x[7] * decay,
             x[8] * decay,
-            x[9],
-            x[10],
-            x[11],
+            *x[9:],
         ]
 
     def jacobian(self, x: Floats, u: Floats, dt: float) -> Array:
-        """Derivative of `advance` in the state, (12, 12)."""
-        lag, corr = self.lag, self.correlation
-        one_e = -math.expm1(-dt / lag)
-        one_c = -math.expm1(-dt / corr)
-        k = 1.0 / (1.0 / lag - 1.0 / corr)
-        a1, h0 = lag * one_e, corr * one_c
-        free = (1.0 - one_e, a1, k * (one_e - one_c), k * (h0 - a1))
-        saturated = (1.0, dt, h0, corr * (dt - h0))
+        """Derivative of `advance` in the state, (14, 14)."""
+        k, reach = self._for(dt), self._reach
+        free = (1.0 - k.gone, k.lost, k.gained, k.moved)
+        saturated = (1.0, dt, k.free_gained, k.free_moved)
         # per axis: v' by v, moved by v, v' by d, moved by d
-        axes = [
-            free if abs(u[i] - x[3 + i]) <= self.acceleration_limit[i] * lag else saturated
-            for i in range(3)
-        ]
-        (exx, mxv, gx, mxd), (eyy, myv, gy, myd), (eww, mwv, gw, mwd) = axes
+        exx, mxv, gx, mxd = free if abs(u[0] - x[3]) <= reach[0] else saturated
+        eyy, myv, gy, myd = free if abs(u[1] - x[4]) <= reach[1] else saturated
+        eww, mwv, gw, mwd = free if abs(u[2] - x[5]) <= reach[2] else saturated
         _, (sx, sy, turn), decay = self._shift(x, u, dt)
         middle = x[2] + 0.5 * turn
         c, s = math.cos(middle), math.sin(middle)
         across, along = -(s * sx + c * sy), c * sx - s * sy  # d(x, y) by d(middle heading)
         f = np.eye(SIZE)
-        f[0, 2:9] = across, c * mxv, -s * myv, 0.5 * across * mwv, c * mxd, -s * myd, 0.0
-        f[1, 2:9] = along, s * mxv, c * myv, 0.5 * along * mwv, s * mxd, c * myd, 0.0
-        f[0, 8], f[1, 8] = 0.5 * across * mwd, 0.5 * along * mwd
-        f[2, 5], f[2, 8] = mwv, mwd
-        f[3, 3], f[4, 4], f[5, 5] = exx, eyy, eww
-        f[3, 6], f[4, 7], f[5, 8] = gx, gy, gw
-        f[6, 6] = f[7, 7] = f[8, 8] = decay
+        f[_ROWS, _COLUMNS] = (
+            *(across, c * mxv, -s * myv, 0.5 * across * mwv),
+            *(c * mxd, -s * myd, 0.5 * across * mwd),
+            *(along, s * mxv, c * myv, 0.5 * along * mwv),
+            *(s * mxd, c * myd, 0.5 * along * mwd),
+            *(mwv, mwd, exx, eyy, eww, gx, gy, gw, decay, decay, decay),
+        )
         return f
 
     def process_noise(self, heading: float, dt: float, scale: float = 1.0) -> Array:
-        """Covariance (12, 12) that the random disturbance adds in ``dt``.
+        """Covariance (14, 14) that the random disturbance adds in ``dt``.
 
         White noise of intensity ``2 sigma^2 / T`` integrated three times (to disturbance, velocity,
         displacement), to leading order in ``dt``: good to some per cent for steps up to 20 ms.
 
         Args:
             heading: by which displacement is turned into O [rad].
-            dt: duration [s].
+            dt: duration [s]; taken to the next microsecond.
             scale: factor on the variance of the disturbance.
         """
+        key = (round(dt, 6), scale)
+        body = self._noises.get(key)
+        if body is None:
+            if len(self._noises) >= _KEPT:
+                self._noises.clear()
+            body = self._noises[key] = self._noise_in_B(*key)
         c, s = math.cos(heading), math.sin(heading)
+        turn = np.array(((c, -s), (s, c)))
+        q = body.copy()
+        q[:2] = turn @ body[:2]
+        q[:, :2] = q[:, :2] @ turn.T
+        return q
+
+    def _noise_in_B(self, dt: float, scale: float) -> Array:
+        """The same at heading zero."""
         q = np.zeros((SIZE, SIZE))
-        turn = ((c, -s, 0.0), (s, c, 0.0), (0.0, 0.0, 1.0))
-        intensity = [2.0 * scale * sd * sd / self.correlation for sd in self.disturbance]
-        pp, pv, vv = dt**5 / 20.0, dt**4 / 8.0, dt**3 / 3.0
-        pd, vd, dd = dt**3 / 6.0, dt**2 / 2.0, dt
-        rot = np.array(turn)
-        along = rot * np.array(intensity)
-        q[0:3, 0:3] = (along @ rot.T) * pp
-        q[0:3, 3:6] = along * pv
-        q[3:6, 0:3] = along.T * pv
-        q[0:3, 6:9] = along * pd
-        q[6:9, 0:3] = along.T * pd
-        for i, n in enumerate(intensity):
-            q[3 + i, 3 + i], q[6 + i, 6 + i] = n * vv, n * dd
-            q[3 + i, 6 + i] = q[6 + i, 3 + i] = n * vd
+        chain = np.array(
+            (
+                (dt**5 / 20.0, dt**4 / 8.0, dt**3 / 6.0),
+                (dt**4 / 8.0, dt**3 / 3.0, dt**2 / 2.0),
+                (dt**3 / 6.0, dt**2 / 2.0, dt),
+            )
+        )
+        for i, sigma in enumerate(self.disturbance):
+            axis = np.ix_((i, 3 + i, 6 + i), (i, 3 + i, 6 + i))
+            q[axis] = chain * (2.0 * scale * sigma * sigma / self.correlation)
         q[9, 9] = self.gyro_bias_walk**2 * dt
         q[10, 10] = q[11, 11] = self.accel_bias_walk**2 * dt
+        q[12, 12] = q[13, 13] = self.tilt_walk**2 * dt
         return q

@@ -7,10 +7,12 @@ from dataclasses import dataclass, field
 from deploy.robot import MobileBase
 from observer.delayed_ekf import DelayedEKF
 from observer.filter_options import FilterOptions
+from observer.imm import ImmEKF
 from observer.motion_model import MotionModel
 from observer.output import OutputOptions
+from observer.planar_ekf import PlanarEKF
 from observer.report import Limits
-from observer.sensor_models import ImuModel, OdometryModel
+from observer.sensor_models import ImuModel, OdometryModel, SpeedModel
 
 
 @dataclass(frozen=True)
@@ -32,7 +34,10 @@ class ObserverOptions:
     jump: float = 0.01
     """If it thereby jumped by more than this, it is invalid for ``pause`` seconds [m or rad]."""
     filter: FilterOptions = field(default_factory=FilterOptions)
-    output: OutputOptions = field(default_factory=OutputOptions)
+    output: OutputOptions | None = field(default_factory=OutputOptions)
+    """None gives out the filter's belief as it is, steps and all."""
+    undelayed: bool = False
+    """Take every measurement as if sampled when it arrived: a baseline, not a way to work."""
     limits: Limits = field(default_factory=Limits)
 
 
@@ -51,11 +56,14 @@ def make_filter(robot: MobileBase, options: ObserverOptions) -> DelayedEKF:
         gyro_noise=max(robot.imu.gyro_noise * options.imu_noise_factor, 1e-6),
         accel_noise=max(robot.imu.accel_noise * options.imu_noise_factor, 1e-5),
     )
-    return DelayedEKF(
+    kind = ImmEKF if options.filter.modes == "imm" else PlanarEKF
+    ekf = kind(
         motion,
         OdometryModel(robot.odometry.resolution, robot.odometry.noise),
+        SpeedModel(robot.odometry.speed_noise),
         imu,
         gyro_bias=robot.imu.gyro_bias,
         accel_bias=robot.imu.accel_bias,
         options=options.filter,
     )
+    return DelayedEKF(ekf)

@@ -16,11 +16,12 @@ from dataclasses import replace
 import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter
 
-from observer.belief import ODOMETRY, Belief, Event
-from observer.commands import STILL, Command, CommandHistory
-from observer.filter_options import ODOMETRY_UPDATES, FilterOptions
+from observer.belief import IMU, ODOMETRY, Belief, Event
+from observer.commands import Command, CommandHistory
+from observer.filter_options import MODES, ODOMETRY_UPDATES, FilterOptions
+from observer.modes import Mode, ModeState
 from observer.motion_model import SIZE, MotionModel
-from observer.sensor_models import ImuModel, OdometryModel, pose_residual, truncated
+from observer.sensor_models import ImuModel, OdometryModel, SpeedModel, pose_residual, truncated
 from services.messages import Array
 
 
@@ -30,19 +31,21 @@ class PlanarEKF(ExtendedKalmanFilter):
     Args:
         motion: process model.
         odometry: model of the pose measurement.
+        speed: model of the wheel speeds.
         imu: model of the inertial measurement.
         gyro_bias: standard deviation of the unknown gyro bias [rad/s].
         accel_bias: standard deviation of the unknown accelerometer biases [m/s^2].
         options: knobs.
 
     Raises:
-        ValueError: unknown ``odometry_update``; the valid names are listed.
+        ValueError: unknown ``odometry_update`` or ``modes``; the valid names are listed.
     """
 
     def __init__(
         self,
         motion: MotionModel,
         odometry: OdometryModel,
+        speed: SpeedModel,
         imu: ImuModel,
         gyro_bias: float,
         accel_bias: float,
@@ -50,15 +53,14 @@ class PlanarEKF(ExtendedKalmanFilter):
     ) -> None:
         super().__init__(dim_x=SIZE, dim_z=3)
         self.options = options or FilterOptions()
-        if self.options.odometry_update not in ODOMETRY_UPDATES:
-            raise ValueError(
-                f"unknown odometry_update {self.options.odometry_update!r}."
-                f" Valid: {', '.join(ODOMETRY_UPDATES)}"
-            )
-        self.motion, self.odometry, self.imu = motion, odometry, imu
+        _check("odometry_update", self.options.odometry_update, ODOMETRY_UPDATES)
+        _check("modes", self.options.modes, MODES)
+        self.motion, self.odometry, self.speed, self.imu = motion, odometry, speed, imu
         self.bias_variance = (gyro_bias**2, accel_bias**2, accel_bias**2)
         self.commands = CommandHistory()
         self._odometry_R, self._imu_R = odometry.covariance(), imu.covariance()
+        self._speed_R = speed.covariance()
+        self._switches = self.options.modes == "switch"
         self._dt = 0.0
 
     def first(self, t: float, pose: Array) -> Belief:
@@ -70,6 +72,7 @@ class PlanarEKF(ExtendedKalmanFilter):
         P[range(3, 6), range(3, 6)] = np.square(self.options.speed)
         P[range(6, 9), range(6, 9)] = np.square(self.motion.disturbance)
         P[range(9, 12), range(9, 12)] = self.bias_variance
+        P[12, 12] = P[13, 13] = self.options.floor_tilt**2
         return Belief(t, x, P, pose)
 
     def again(self, before: Belief, t: float, pose: Array) -> Belief:
@@ -82,12 +85,14 @@ class PlanarEKF(ExtendedKalmanFilter):
 
     def fuse(self, before: Belief, event: Event) -> Belief:
         """Belief after a measurement that was sampled at or after ``before.t``."""
+        if event.sensor == IMU:
+            return self._fuse_imu(before, event)
         if event.sensor == ODOMETRY:
             return self._fuse_odometry(before, event)
-        return self._fuse_imu(before, event)
+        return self._fuse_speed(before, event)
 
     def extrapolate(self, belief: Belief, t: float) -> tuple[Array, Array]:
-        """State (12) and covariance (12, 12) at ``t`` >= belief.t, from commands alone."""
+        """State (14) and covariance (14, 14) at ``t`` >= belief.t, from commands alone."""
         self.x, self.P = belief.x, belief.P
         self._predict_to(belief.t, t, belief)
         return self.x, self.P
@@ -98,16 +103,17 @@ class PlanarEKF(ExtendedKalmanFilter):
         """Advance the state by the model (filterpy's own is linear)."""
         self.x = np.array(self.motion.advance(self.x.tolist(), u, self._dt))
 
-    def _predict_to(self, start: float, end: float, before: Belief, factor: float = 1.0) -> None:
+    def _predict_to(
+        self, start: float, end: float, before: Belief, factor: float | None = None
+    ) -> None:
+        """Carry x, P on; ``factor`` on the disturbance, by default that of the mode."""
         for duration, u in self.commands.segments(start, end):
-            n = min(max(1, math.ceil(duration / self.options.max_step)), self.options.max_steps)
+            n = 1
+            if duration > self.options.max_step:
+                n = min(math.ceil(duration / self.options.max_step), self.options.max_steps)
             self._dt = duration / n
             for _ in range(n):
-                scale = factor
-                if start <= before.alert_until:
-                    scale = max(scale, self.options.alert_factor)
-                elif before.standing and factor == 1.0 and u == STILL:
-                    scale = self.options.standing_factor
+                scale = before.mode.scale(start, u, self.options) if factor is None else factor
                 x = self.x.tolist()
                 self.F = self.motion.jacobian(x, u, self._dt)
                 self.Q = self.motion.process_noise(x[2], self._dt, scale)
@@ -117,12 +123,20 @@ class PlanarEKF(ExtendedKalmanFilter):
     def _nis(self) -> float:
         return float(self.y @ self.SI @ self.y)
 
+    def _evidence(self, before: Belief, nis: float) -> float:
+        """Sum of log N(y; 0, S) up to and with this innovation."""
+        if not self.options.likelihood:
+            return 0.0
+        log_volume = float(np.linalg.slogdet(2.0 * math.pi * self.S)[1])
+        return before.log_likelihood - 0.5 * (nis + log_volume)
+
     def _fuse_imu(self, before: Belief, event: Event) -> Belief:
         opt = self.options
         u = self.commands.at(event.t)
-        alert_until = before.alert_until
-        # each refusal in a row quadruples the disturbance: a hard bump may be real
-        factor = opt.alert_factor * 4.0 ** min(before.imu_refused, 6) if before.imu_refused else 1.0
+        mode = before.mode
+        factor = None
+        if before.imu_refused:  # each refusal in a row quadruples it: a hard bump may be real
+            factor = opt.alert_factor * 4.0 ** min(before.imu_refused, 6)
         while True:
             self.x, self.P = before.x, before.P
             self._predict_to(before.t, event.t, before, factor)
@@ -131,9 +145,9 @@ class PlanarEKF(ExtendedKalmanFilter):
                 event.z, self.imu.jacobian, self.imu.expect, R=self._imu_R, args=(u,), hx_args=(u,)
             )
             nis = self._nis()
-            if nis <= opt.alert_nis or alert_until >= event.t or factor > 1.0:
+            if factor is not None or not self._switches or not mode.surprised(event.t, nis, opt):
                 break
-            alert_until, factor = event.t + opt.alert_time, opt.alert_factor
+            mode, factor = mode.disturbed(event.t, opt), opt.alert_factor
         refused = nis > opt.imu_gate
         if refused:
             self.x, self.P = x, P
@@ -146,8 +160,34 @@ class PlanarEKF(ExtendedKalmanFilter):
             imu_nis=nis,
             imu_refused=before.imu_refused + 1 if refused else 0,
             imu_gated=before.imu_gated + refused,
-            alert_until=alert_until,
-            standing=before.standing and alert_until < event.t,
+            mode=mode,
+            log_likelihood=self._evidence(before, nis),
+        )
+
+    def _fuse_speed(self, before: Belief, event: Event) -> Belief:
+        self.x, self.P = before.x, before.P
+        self._predict_to(before.t, event.t, before)
+        x, P = self.x, self.P
+        self.update(event.z, self.speed.jacobian, self.speed.expect, R=self._speed_R)
+        nis = self._nis()
+        refused = nis > self.options.odometry_gate
+        slip_until = before.slip_until
+        if refused:
+            self.x, self.P = x, P
+            slip_until = event.t + self.options.slip_report
+        still = bool(np.abs(event.z).max() < 1e-9)
+        since, mode = self._at_rest(before, event.t, still and not refused)
+        return replace(
+            before,
+            t=event.t,
+            x=self.x,
+            P=self.P,
+            unchanged_since=since,
+            mode=mode,
+            speed_nis=nis,
+            odometry_gated=before.odometry_gated + refused,
+            slip_until=slip_until,
+            log_likelihood=self._evidence(before, nis),
         )
 
     def _fuse_odometry(self, before: Belief, event: Event) -> Belief:
@@ -155,13 +195,19 @@ class PlanarEKF(ExtendedKalmanFilter):
         self.x, self.P = before.x, before.P
         self._predict_to(before.t, event.t, before)
         x, P = self.x, self.P
-        self.update(
-            event.z,
-            self.odometry.jacobian,
-            self.odometry.expect,
-            R=self._odometry_R,
-            residual=pose_residual,
-        )
+        interval = opt.odometry_update == "interval" and self._rounding_matters(P)
+        if interval:  # needs of the Kalman update only what the gate asks for
+            self.y = pose_residual(event.z, x[:3])
+            self.S = P[:3, :3] + self._odometry_R
+            self.SI = np.linalg.inv(self.S)
+        else:
+            self.update(
+                event.z,
+                self.odometry.jacobian,
+                self.odometry.expect,
+                R=self._odometry_R,
+                residual=pose_residual,
+            )
         innovation, nis = self.y, self._nis()
         refused = nis > opt.odometry_gate
         count = before.odometry_refused + 1 if refused else 0
@@ -176,9 +222,8 @@ class PlanarEKF(ExtendedKalmanFilter):
                     self.P[i, i] += min(g * grow, math.inf if i < 2 else 2.0) ** 2
                     self.P[3 + i, 3 + i] += min(g * grow, 1.0) ** 2
             slip_until = event.t + opt.slip_report
-        elif opt.odometry_update == "interval" and self._rounding_matters(P):
-            self.x, self.P = x, P
-            self._fuse_intervals(event.z)
+        elif interval:
+            self._fuse_intervals(innovation)
         same = event.z == before.odometry
         r = before.repeats
         repeats = (
@@ -186,10 +231,7 @@ class PlanarEKF(ExtendedKalmanFilter):
             r[1] + 1 if same[1] else 0,
             r[2] + 1 if same[2] else 0,
         )
-        since = min(before.unchanged_since, event.t) if all(repeats) else event.t
-        standing = opt.standing and not refused and self._stands(event.t, since, before)
-        if standing:
-            self._fuse_standstill()
+        since, mode = self._at_rest(before, event.t, all(repeats) and not refused)
         return replace(
             before,
             t=event.t,
@@ -198,25 +240,29 @@ class PlanarEKF(ExtendedKalmanFilter):
             odometry=event.z,
             repeats=repeats,
             unchanged_since=since,
-            standing=standing,
+            mode=mode,
             odometry_innovation=innovation,
             odometry_nis=nis,
             odometry_refused=count,
             odometry_gated=before.odometry_gated + refused,
             slip_until=slip_until,
+            log_likelihood=self._evidence(before, nis),
         )
 
     def _rounding_matters(self, P: Array) -> bool:
         """Far above the resolution both updates agree, and filterpy's Joseph form is the safer."""
         return all(P[i, i] < (100.0 * q) ** 2 for i, q in enumerate(self.odometry.resolution))
 
-    def _stands(self, t: float, unchanged_since: float, before: Belief) -> bool:
-        wait = self.options.standing_after - 1e-9
-        return (
-            t - unchanged_since >= wait
-            and t > before.alert_until
-            and self.commands.still_since(t) >= wait
-        )
+    def _at_rest(self, before: Belief, t: float, still: bool) -> tuple[float, ModeState]:
+        """Take in that the wheels were ``still``: since when they are, and the mode after it."""
+        since = min(before.unchanged_since, t) if still else t
+        mode = before.mode
+        if self._switches:
+            told = self.commands.still_since(t)
+            mode = mode.after_odometry(t, min(t - since, told), self.options)
+            if mode.mode is Mode.STANDING and still:
+                self._fuse_standstill()
+        return since, mode
 
     def _fuse_standstill(self) -> None:
         """Velocity measured as zero, one axis after the other."""
@@ -224,21 +270,22 @@ class PlanarEKF(ExtendedKalmanFilter):
             gain = self.P[:, i]
             total = float(gain[i]) + deviation * deviation
             self.x = self.x - gain * (float(self.x[i]) / total)
-            self.P = self.P - np.outer(gain, gain) / total
+            self.P = self.P - np.multiply.outer(gain, gain) / total
 
-    def _fuse_intervals(self, z: Array) -> None:
+    def _fuse_intervals(self, innovation: Array) -> None:
         """Truncated-Gaussian moment matching, one axis after the other.
 
         Given that x_i + noise lies within q/2 of z_i, the moments of that sum are those of a
         truncated Gaussian, and the rest of the state follows by regression on it.
         """
+        x, P, before = self.x, self.P, self.x
         for i, (q, noise) in enumerate(
             zip(self.odometry.resolution, self.odometry.noise, strict=True)
         ):
-            gain = self.P[:, i]
-            mean = float(self.x[i])
+            gain = P[:, i]
+            mean = float(x[i])
             total = float(gain[i]) + noise * noise
-            offset = float(pose_residual(z, self.x[:3])[i])
+            offset = float(innovation[i] + before[i]) - mean
             moments = truncated(mean, total, mean + offset - 0.5 * q, mean + offset + 0.5 * q)
             if moments is None:
                 variance = total + q * q / 12.0
@@ -246,5 +293,11 @@ class PlanarEKF(ExtendedKalmanFilter):
             else:
                 shift = (moments[0] - mean) / total
                 shrink = (total - moments[1]) / (total * total)
-            self.x = self.x + gain * shift
-            self.P = self.P - np.outer(gain, gain) * shrink
+            x = x + gain * shift
+            P = P - np.multiply.outer(gain, gain) * shrink
+        self.x, self.P = x, 0.5 * (P + P.T)  # rounding would grow
+
+
+def _check(option: str, value: str, valid: tuple[str, ...]) -> None:
+    if value not in valid:
+        raise ValueError(f"unknown {option} {value!r}. Valid: {', '.join(valid)}")

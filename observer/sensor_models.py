@@ -8,11 +8,11 @@ The inertial unit sits at ``p_BI = (rx, ry)`` in B with its axes along those of 
 does not roll or pitch, so gravity is on the sensor's z alone and drops out of::
 
     gyro_z  = w + bg
-    accel_x = vx' - w vy - w' ry - w^2 rx + bax
-    accel_y = vy' + w vx + w' rx - w^2 ry + bay
+    accel_x = vx' - w vy - w' ry - w^2 rx + bax + (R' g)_x
+    accel_y = vy' + w vx + w' rx - w^2 ry + bay + (R' g)_y
 
-(the turn of B, angular acceleration over the lever arm, centripetal term, bias). A tilted floor
-shows as an accelerometer bias.
+(the turn of B, angular acceleration over the lever arm, centripetal term, bias, and what gravity
+leaks where the floor is tilted: constant in O, R turns B into O. Only turning tells it from bias.)
 """
 
 from __future__ import annotations
@@ -27,6 +27,11 @@ from services.messages import Array
 
 _H_POSE = np.eye(3, SIZE)
 _H_POSE.setflags(write=False)
+_H_SPEED = np.eye(3, SIZE, 3)
+_H_SPEED.setflags(write=False)
+# where the Jacobian of the inertial unit is not zero, in the order in which it is filled
+_IMU_ROWS = np.array([0] * 2 + [1] * 9 + [2] * 9)
+_IMU_COLUMNS = np.array([5, 9, *(3, 4, 5, 6, 8, 10, 2, 12, 13), *(3, 4, 5, 7, 8, 11, 2, 12, 13)])
 
 
 def wrap(angle: float) -> float:
@@ -39,6 +44,20 @@ def pose_residual(z: Array, expected: Array) -> Array:
     y = np.subtract(z, expected)
     y[2] = wrap(float(y[2]))
     return y
+
+
+def rotation_of(rpy: tuple[float, float, float]) -> Array | None:
+    """R_BI (3, 3) of roll, pitch, yaw [rad]; None if it turns nothing."""
+    if not any(rpy):
+        return None
+    (cr, cp, cy), (sr, sp, sy) = np.cos(rpy), np.sin(rpy)
+    return np.array(
+        [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr],
+        ]
+    )
 
 
 def truncated(mean: float, variance: float, low: float, high: float) -> tuple[float, float] | None:
@@ -80,11 +99,11 @@ class OdometryModel:
         return np.diag([q * q / 12.0 + n * n for q, n in pairs])
 
     def expect(self, x: Array) -> Array:
-        """Measurement (3) expected in state (12)."""
+        """Measurement (3) expected in state (14)."""
         return x[:3]
 
     def jacobian(self, x: Array) -> Array:
-        """Derivative of `expect`, (3, 12)."""
+        """Derivative of `expect`, (3, 14)."""
         return _H_POSE
 
 
@@ -109,27 +128,52 @@ class ImuModel:
         return np.diag([self.gyro_noise**2, self.accel_noise**2, self.accel_noise**2])
 
     def expect(self, x: Floats, u: Floats) -> Array:
-        """Measurement (gyro z, accel x, accel y) in state (12) under command (3)."""
+        """Measurement (gyro z, accel x, accel y) in state (14) under command (3)."""
         (ax, ay, aw), _ = self.motion.acceleration(x, u)
-        vx, vy, w = x[3], x[4], x[5]
+        vx, vy, w, gx, gy = x[3], x[4], x[5], x[12], x[13]
         rx, ry = self.position
+        c, s = math.cos(x[2]), math.sin(x[2])
         return np.array(
             [
                 w + x[9],
-                ax - w * vy - aw * ry - w * w * rx + x[10],
-                ay + w * vx + aw * rx - w * w * ry + x[11],
+                ax - w * vy - aw * ry - w * w * rx + x[10] + c * gx + s * gy,
+                ay + w * vx + aw * rx - w * w * ry + x[11] - s * gx + c * gy,
             ]
         )
 
     def jacobian(self, x: Floats, u: Floats) -> Array:
-        """Derivative of `expect` in the state, (3, 12)."""
+        """Derivative of `expect` in the state, (3, 14)."""
         _, (kx, ky, kw) = self.motion.acceleration(x, u)
-        vx, vy, w = x[3], x[4], x[5]
+        vx, vy, w, gx, gy = x[3], x[4], x[5], x[12], x[13]
         rx, ry = self.position
+        c, s = math.cos(x[2]), math.sin(x[2])
         h = np.zeros((3, SIZE))
-        h[0, 5] = h[0, 9] = 1.0
-        h[1, 3:6] = kx, -w, -vy - kw * ry - 2.0 * w * rx
-        h[2, 3:6] = w, ky, vx + kw * rx - 2.0 * w * ry
-        h[1, 6] = h[1, 10] = h[2, 7] = h[2, 11] = 1.0
-        h[1, 8], h[2, 8] = -ry, rx
+        h[_IMU_ROWS, _IMU_COLUMNS] = (
+            *(1.0, 1.0),
+            *(kx, -w, -vy - kw * ry - 2.0 * w * rx, 1.0, -ry, 1.0, c * gy - s * gx, c, s),
+            *(w, ky, vx + kw * rx - 2.0 * w * ry, 1.0, rx, 1.0, -s * gy - c * gx, -s, c),
+        )
         return h
+
+
+@dataclass(frozen=True)
+class SpeedModel:
+    """Body velocity from the wheels, where the pose they add up to is not to be trusted.
+
+    Args:
+        noise: standard deviation of vx, vy [m/s] and w [rad/s].
+    """
+
+    noise: tuple[float, float, float]
+
+    def covariance(self) -> Array:
+        """Measurement noise (3, 3)."""
+        return np.diag(np.square(self.noise))
+
+    def expect(self, x: Array) -> Array:
+        """Measurement (3) expected in state (14)."""
+        return x[3:6]
+
+    def jacobian(self, x: Array) -> Array:
+        """Derivative of `expect`, (3, 14)."""
+        return _H_SPEED

@@ -152,6 +152,8 @@ class Estimate(Message):
     command_age: float = number("s", 0.0)
     rejected: dict[str, int] = field(default_factory=dict)
     """Refused measurements by reason since start (gate, too_old, stale, ...)."""
+    mode: str = ""
+    """What the platform is taken to be doing: ``driving``, ``standing`` or ``disturbed``."""
     valid: bool = True
     reason: str = ""
     """Why the estimate must not be used, or what was detected (for example ``slip``)."""

@@ -93,7 +93,7 @@ def test_every_kind_speaks_the_vocabulary(kind: str) -> None:
 
 def test_unknown_kind_lists_the_valid_ones() -> None:
     """A mistyped kind says what there is."""
-    with pytest.raises(ValueError, match="ekf, taylor, hold, truth"):
+    with pytest.raises(ValueError, match="ekf, imm, undelayed, taylor, hold, truth"):
         make_observer("kalman", ROBOT)
 
 
