@@ -166,7 +166,7 @@ class Bus:
                 continue
             newest = self._newest if reader.topic.depth == 1 else self._all
             for message, at in newest(reader, now):
-                inbox.offer(reader.topic, message)
+                inbox.offer(reader.topic, message, at)
                 accepted.append((reader.topic, message, at))
         return accepted
 

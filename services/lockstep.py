@@ -11,7 +11,8 @@ from services.topics import Topic
 
 TICK = 0.001  # [s]
 
-Listener = Callable[[Topic, Message], None]
+Listener = Callable[[Topic, Message, float], None]
+"""Called with topic, message and the robot time at which it was sent [s]."""
 
 
 class Lockstep:
@@ -58,6 +59,6 @@ class Lockstep:
                 continue
             for topic, message in service.step(now, inbox):
                 if self._listener is not None:
-                    self._listener(topic, message)
+                    self._listener(topic, message, now)
                 flying.append((tick + self.latency, topic, message))
         self.tick += 1

@@ -195,7 +195,7 @@ def warm_up(build: Callable[[str], Service], name: str) -> int:
     What the service itself says is encoded and decoded as well.
     """
 
-    def wire(topic: Topic, message: Message) -> None:
+    def wire(topic: Topic, message: Message, _: float) -> None:
         if topic.owner == name or topic.name in heard:
             decode(topic, encode(topic.owner, 0, message))
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import fields
 from pathlib import Path
 from types import TracebackType
@@ -28,7 +28,9 @@ class BadLog(ValueError):
 class LogWriter:
     """Writes messages to an MCAP file as they come; fast topics are thinned to their ``log_rate``.
 
-    Times in the file are robot time, so two runs of one scenario and seed give the same bytes.
+    Times in the file are robot time, so two runs of one scenario and seed give the same bytes: a
+    message's ``publish_time`` is the instant its content was true, its ``log_time`` the instant at
+    which it was sent (lockstep) or heard (recorder).
 
     Args:
         path: of the file.
@@ -57,17 +59,24 @@ class LogWriter:
     ) -> None:
         self.close()
 
-    def add(self, topic: Topic, message: Message) -> None:
-        """Write one message, unless its topic is thinned and it is not its turn."""
+    def add(self, topic: Topic, message: Message, arrival: float) -> None:
+        """Write one message, unless its topic is thinned and it is not its turn.
+
+        Args:
+            topic: of the message.
+            message: to write.
+            arrival: robot time at which it was sent or heard [s]; not before an earlier call's,
+                for readers expect a file in the order of ``log_time``.
+        """
         rate = TOPICS[topic.name].log_rate
         if rate:
             if message.t < self._due.get(topic.name, -np.inf) - 1e-9:
                 return
             self._due[topic.name] = message.t + 1.0 / rate
         channel = self._channels.get(topic.name) or self._register(topic.name)
-        stamp = round(message.t * 1e9)
         body = json.dumps(plain(message), separators=(",", ":")).encode()
-        self._writer.add_message(channel, stamp, body, stamp, self._count)
+        log_time, publish_time = round(arrival * 1e9), round(message.t * 1e9)
+        self._writer.add_message(channel, log_time, body, publish_time, self._count)
         self._count += 1
 
     def _register(self, name: str) -> int:
@@ -89,31 +98,45 @@ class RunLog:
 
     def __init__(self) -> None:
         self.messages: Series = {}
+        self._arrivals: dict[str, list[float]] = {}
 
-    def __call__(self, topic: Topic, message: Message) -> None:
-        """Keep one message."""
+    def __call__(self, topic: Topic, message: Message, arrival: float | None = None) -> None:
+        """Keep one message.
+
+        Args:
+            topic: of the message.
+            message: to keep.
+            arrival: robot time at which it was sent or heard [s]; its stamp if not known.
+        """
         self.messages.setdefault(topic.name, []).append(message)
+        self._arrivals.setdefault(topic.name, []).append(message.t if arrival is None else arrival)
 
     def series(self, topic: Topic) -> list[Any]:
-        """All messages of a topic, in order."""
+        """All messages of a topic, in order of arrival."""
         return self.messages.get(topic.name, [])
+
+    def arrivals(self, topic: Topic) -> list[float]:
+        """Robot time at which each message of a topic was sent or heard [s]."""
+        return self._arrivals.get(topic.name, [])
 
     def write(self, path: Path, metadata: Mapping[str, str]) -> str:
         """Write the log; returns the SHA-256 of the file, hexadecimal."""
         with LogWriter(path, metadata) as writer:
-            for name, message in self._merged():
-                writer.add(TOPICS[name], message)
+            for arrival, name, message in self._merged():
+                writer.add(TOPICS[name], message, arrival)
         return hashlib.sha256(path.read_bytes()).hexdigest()
 
-    def _merged(self) -> Iterator[tuple[str, Message]]:
-        """All messages by time, those of one instant by topic."""
+    def _merged(self) -> list[tuple[float, str, Message]]:
+        """All messages with arrival and topic, by arrival; those of one instant by topic."""
         everything = [
-            (message.t, name, message)
+            (arrival, name, message)
             for name in sorted(self.messages)
-            for message in self.messages[name]
+            for arrival, message in zip(
+                self._arrivals.get(name, []), self.messages[name], strict=True
+            )
         ]
         everything.sort(key=lambda item: item[0])
-        return ((name, message) for _, name, message in everything)
+        return everything
 
 
 def read_log(path: Path) -> tuple[RunLog, dict[str, str]]:
@@ -135,7 +158,8 @@ def read_log(path: Path) -> tuple[RunLog, dict[str, str]]:
                 if topic is None:
                     raise BadLog(f"{path}: topic {channel.topic!r} is not one of ours")
                 content = json.loads(record.data)
-                log(topic, check(topic.type, _restored(topic, content)))
+                message = check(topic.type, _restored(topic, content))
+                log(topic, message, record.log_time / 1e9)
     except FileNotFoundError:
         raise BadLog(f"{path}: no such file") from None
     except (McapError, BadMessage, json.JSONDecodeError, AssertionError) as error:

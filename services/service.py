@@ -31,17 +31,24 @@ class Inbox:
 
     def __init__(self, topics: Iterable[Topic]) -> None:
         self._latest: dict[str, Message] = {}
-        self._unread: dict[str, deque[Message]] = {
-            topic.name: deque(maxlen=topic.depth) for topic in topics
+        self._topics = {topic.name: topic for topic in topics}
+        self._unread: dict[str, deque[tuple[float, Message]]] = {
+            topic.name: deque(maxlen=topic.depth) for topic in self._topics.values()
         }
 
-    def offer(self, topic: Topic, message: Message) -> None:
-        """Put a checked message in; called by the runner between steps."""
+    def offer(self, topic: Topic, message: Message, at: float = 0.0) -> None:
+        """Put a checked message in; called by the runner between steps.
+
+        Args:
+            topic: of the message.
+            message: what arrived.
+            at: when, by the local clock [s].
+        """
         newest = self._latest.get(topic.name)
         # a latest-value topic was put in order on its way; the others may arrive in any order
         if newest is None or topic.depth == 1 or message.t >= newest.t:
             self._latest[topic.name] = message
-        self._unread[topic.name].append(message)
+        self._unread[topic.name].append((at, message))
 
     def latest(self, topic: Topic[M]) -> M | None:
         """The newest message by its own ``t``, or None before the first."""
@@ -55,9 +62,21 @@ class Inbox:
     def new(self, topic: Topic[M]) -> list[M]:
         """Messages that arrived since the last call, in order of arrival."""
         unread = self._unread[topic.name]
-        out = list(unread)
+        out = [message for _, message in unread]
         unread.clear()
         return out  # type: ignore[return-value]
+
+    def heard(self) -> list[tuple[Topic, Message]]:
+        """Messages of all topics that arrived since the last call, in order of arrival."""
+        out = [
+            (at, self._topics[name], message)
+            for name, unread in self._unread.items()
+            for at, message in unread
+        ]
+        for unread in self._unread.values():
+            unread.clear()
+        out.sort(key=lambda item: item[0])  # stable: of one instant in the order of the topics
+        return [(topic, message) for _, topic, message in out]
 
 
 class Service(Protocol):

@@ -22,7 +22,9 @@ TICKS = 400
 def _lockstep(seed: int) -> tuple[dict[str, float], list[bytes]]:
     log: list[tuple[str, bytes]] = []
     services = [TOYS[name](seed) for name in SERVICES]
-    run = Lockstep(services, listener=lambda topic, m: log.append((topic.name, encode("", 0, m))))
+    run = Lockstep(
+        services, listener=lambda topic, m, _: log.append((topic.name, encode("", 0, m)))
+    )
     for _ in range(TICKS):
         run.step()
     return {s.name: s.x for s in services}, sorted(log)  # type: ignore[type-var,return-value]
