@@ -1,0 +1,37 @@
+"""What the exact filter knows: everything about the world that is not drawn afresh each instant."""
+
+from __future__ import annotations
+
+import math
+
+from observer.bench.world import DT, World
+from observer.filter_options import FilterOptions
+from observer.observer_options import ObserverOptions
+
+NEVER = 1e12
+
+
+def exact_options(world: World) -> ObserverOptions:
+    """Assumptions of a Kalman filter whose model is the world.
+
+    The true lag, noise, scale and mounting come with ``world.truth``. Odometry is taken as
+    R = q^2 / 12, so this is the best *linear* estimator of position in motion: in pushes and at
+    standstill, of which it knows nothing, it can be beaten, and the interval update beats it in
+    heading. No output stage, no gate, no mode, no budget of replay.
+    """
+    tilt = math.hypot(*world.conditions.tilt) / math.sqrt(2.0)
+    return ObserverOptions(
+        disturbance_factor=1.0,
+        imu_noise_factor=1.0,
+        command_latency=DT,
+        output=None,
+        filter=FilterOptions(
+            odometry_update="gaussian",
+            modes="single",
+            odometry_gate=NEVER,
+            imu_gate=NEVER,
+            alert_nis=NEVER,
+            floor_tilt=max(tilt, 1e-6),
+            replay=10**9,
+        ),
+    )
