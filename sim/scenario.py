@@ -31,6 +31,7 @@ SCENARIOS = Path(__file__).parent / "scenarios"
 
 Fraction = Annotated[float, Field(ge=0, le=0.9)]
 Probability = Annotated[float, Field(ge=0, le=1)]
+Slope = Annotated[float, Field(ge=-0.3, le=0.3)]
 Nonnegative3 = tuple[NonNegative, NonNegative, NonNegative]
 
 
@@ -71,6 +72,8 @@ class World(Documented):
     board: Board = Board()
     platform_start: Pose2 = (0.0, 0.0, 0.0)
     """X_WB at t = 0: x, y [m], heading [rad]; odometry starts there as well."""
+    floor_tilt: tuple[Slope, Slope] = (0.0, 0.0)
+    """Rise of the floor along x and y of W [rad]; the accelerometer notices, the platform stays."""
     friction_pen: Annotated[float, Field(ge=0, le=2)] = 0.3
     """Coulomb friction coefficient of pen on board [1]."""
     mismatch: Mismatch = Mismatch()
@@ -91,6 +94,8 @@ class OdometrySensor(Documented):
     """x, y [m], heading [rad]; 0 is unlimited."""
     noise: Nonnegative3 = (0.0, 0.0, 0.0)
     """White, before quantisation, standard deviation [m, m, rad]."""
+    scale: tuple[Positive, Positive] | None = None
+    """What is read over what is true, of distance and of heading turned."""
     dropout: Probability = 0.0
     """Share of samples lost at random."""
 

@@ -9,6 +9,7 @@ from typing import Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from deploy.robot import Robot
 from services.messages import Imu, Message, Odometry
@@ -58,6 +59,47 @@ class Channel(Generic[M]):
         return out
 
 
+class Wheels:
+    """The pose as the wheels count it, increment by increment: blind to slip, wrong by a scale.
+
+    Args:
+        scale: what is read over what is true, of distance and of heading turned.
+    """
+
+    def __init__(self, scale: tuple[float, float]) -> None:
+        self._scale = scale
+        self._slipped = np.zeros(2)
+        self._last: Array | None = None
+        self._pose = np.zeros(3)
+
+    def roll(self, pose: Array, slip: Array) -> Array:
+        """Take in the motion since the last call.
+
+        Args:
+            pose: true X_WB now, (3,).
+            slip: how much of that motion the wheels did not see, in W, (2,) [m].
+
+        Returns:
+            X_OB as counted, (3,); O is W at the first call.
+        """
+        self._slipped = self._slipped + slip
+        seen = pose.copy()
+        seen[:2] -= self._slipped
+        if self._scale == (1.0, 1.0):
+            return seen
+        if self._last is None:
+            self._last, self._pose = seen, seen
+        distance, turn = self._scale
+        step = seen - self._last
+        # headings half-way, of the truth and as counted, between which the increment is turned
+        true = self._last[2] + 0.5 * step[2]
+        angle = self._pose[2] + 0.5 * turn * step[2] - true
+        c, s = distance * math.cos(angle), distance * math.sin(angle)
+        moved = [c * step[0] - s * step[1], s * step[0] + c * step[1], turn * step[2]]
+        self._last, self._pose = seen, self._pose + np.array(moved)
+        return self._pose.copy()
+
+
 class OdometrySensor:
     """Pose from the wheels: quantised, late, and blind to slip.
 
@@ -75,20 +117,18 @@ class OdometrySensor:
         self._channel: Channel[Odometry] = Channel(
             "odometry", robot.odometry.rate, robot.odometry.delay, sensors.odometry.dropout, rng
         )
-        self._slipped = np.zeros(2)
+        self._wheels = Wheels(robot.odometry.scale)
 
     def step(self, now: float, dt: float, pose: Array, effects: Effects) -> list[Odometry]:
         """Messages arriving at ``now``; ``pose`` is X_WB as (x, y, heading)."""
-        if effects.slip.any():
-            self._slipped = self._slipped + effects.slip * dt
+        counted = self._wheels.roll(pose, effects.slip * dt)
         if not self._enabled:
             return []
-        return self._channel.step(now, effects, lambda: self._sample(now, pose, effects))
+        return self._channel.step(now, effects, lambda: self._sample(now, counted, effects))
 
-    def _sample(self, now: float, pose: Array, effects: Effects) -> Odometry:
+    def _sample(self, now: float, counted: Array, effects: Effects) -> Odometry:
         noise = self._noise * effects.noise.get("odometry", 1.0)
-        seen = pose + noise * self._rng.standard_normal(3)
-        seen[:2] -= self._slipped
+        seen = counted + noise * self._rng.standard_normal(3)
         for i, q in enumerate(self._resolution):
             if q > 0:
                 seen[i] = round(seen[i] / q) * q
@@ -101,11 +141,24 @@ class ImuSensor:
     Like real ones they do not sample an instant but the mean over their sampling period: a gyro
     the angle turned, an accelerometer the velocity gained. A message is stamped with the middle
     of that period. The accelerometer reads specific force: acceleration minus gravity, with the
-    centripetal and angular-acceleration terms of its position.
+    centripetal and angular-acceleration terms of its position. On a tilted floor gravity is not on
+    its z alone; what leaks into x and y turns with the heading.
+
+    Args:
+        robot: description, already overlaid with the scenario's sensors.
+        sensors: losses of the scenario.
+        noise_factor: on the stated noise.
+        rng: source of bias and noise.
+        floor_tilt: rise of the floor along x and y of W [rad].
     """
 
     def __init__(
-        self, robot: Robot, sensors: Sensors, noise_factor: float, rng: np.random.Generator
+        self,
+        robot: Robot,
+        sensors: Sensors,
+        noise_factor: float,
+        rng: np.random.Generator,
+        floor_tilt: tuple[float, float] = (0.0, 0.0),
     ) -> None:
         imu = robot.imu
         self._enabled = sensors.imu.enabled
@@ -115,6 +168,9 @@ class ImuSensor:
         self._gyro_bias = imu.gyro_bias * rng.standard_normal(3)
         self._accel_bias = imu.accel_bias * rng.standard_normal(3)
         self._rng = rng
+        up_x, up_y = math.sin(floor_tilt[0]), math.sin(floor_tilt[1])
+        self._up = (up_x, up_y, math.sqrt(1.0 - up_x * up_x - up_y * up_y))
+        self._R_IB = Rotation.from_euler("xyz", imu.rotation).as_matrix().T
         self._channel: Channel[Imu] = Channel("imu", imu.rate, imu.delay, sensors.imu.dropout, rng)
         self._sum = [0.0, 0.0, 0.0]
         self._ticks = 0
@@ -131,9 +187,11 @@ class ImuSensor:
         ax, ay, alpha = acceleration.tolist()
         w = float(velocity[2])
         px, py = self._position
+        up_x, up_y, up_z = self._up
+        ax, ay = ax + GRAVITY * up_x, ay + GRAVITY * up_y
         self._sum[0] += c * ax + s * ay - alpha * py - w * w * px
         self._sum[1] += -s * ax + c * ay + alpha * px - w * w * py
-        self._sum[2] += GRAVITY + effects.vertical
+        self._sum[2] += GRAVITY * up_z + effects.vertical
         self._ticks += 1
         return self._channel.step(now, effects, lambda: self._sample(now, pose[2], effects))
 
@@ -145,8 +203,8 @@ class ImuSensor:
         mean = np.array(self._sum) / self._ticks
         self._heading, self._began, self._ticks, self._sum = heading, now, 0, [0.0, 0.0, 0.0]
         factor = effects.noise.get("imu", 1.0)
-        gyro = np.array([0.0, 0.0, rate]) + self._gyro_bias + effects.gyro_bias
-        accel = mean + self._accel_bias + effects.accel_bias
+        gyro = self._R_IB @ np.array([0.0, 0.0, rate]) + self._gyro_bias + effects.gyro_bias
+        accel = self._R_IB @ mean + self._accel_bias + effects.accel_bias
         gyro += factor * self._gyro_noise * self._rng.standard_normal(3)
         accel += factor * self._accel_noise * self._rng.standard_normal(3)
         return Imu(t=max(now - 0.5 * period, 0.0), gyro=gyro, accel=accel)

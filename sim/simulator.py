@@ -54,7 +54,8 @@ class Simulator:
             streams[1],
         )
         self._odometry = OdometrySensor(robot, scenario.sensors, streams[2])
-        self._imu = ImuSensor(robot, scenario.sensors, drawn.noise, streams[3])
+        tilt = scenario.world.floor_tilt
+        self._imu = ImuSensor(robot, scenario.sensors, drawn.noise, streams[3], tilt)
         self._load_cell_noise = drawn.noise * np.array(
             [robot.load_cell.force_noise] * 3 + [robot.load_cell.moment_noise] * 3
         )

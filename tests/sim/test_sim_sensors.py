@@ -7,7 +7,11 @@ import math
 import numpy as np
 import pytest
 
-from tests.sim.sim_loop import Recording, drive, scenario
+from deploy.robot import load_robot
+from sim.effects import NONE
+from sim.scenario import Sensors
+from sim.sensors import ImuSensor
+from tests.sim.sim_loop import SILENT_SENSORS, Recording, drive, scenario
 
 QUIET_FORCE = {"load_cell": {"force_noise": 0.0, "moment_noise": 0.0}}
 
@@ -94,6 +98,35 @@ def test_bias_jumps_and_stays(sensor: str, axis: str | None, field: str, index: 
     np.testing.assert_allclose(change, expected, atol=2e-3)
 
 
+def test_wheels_of_the_wrong_size_count_a_longer_way_and_another_turn() -> None:
+    """Each increment is scaled in the platform's frame: the counted path bends and stretches."""
+    fine = {"resolution": (0.0, 0.0, 0.0), "delay": 0.0}
+    sensors = {**SILENT_SENSORS, "odometry": {**fine, "scale": (1.10, 0.95)}}
+    run = drive(scenario(sensors=sensors, platform_start=(0.3, -0.2, 0.5)), 2.0, curve)
+    counted = np.array([m.pose for _, m in run.odometry])
+    at = [round(1000 * m.t) for _, m in run.odometry]
+    true, velocity = run.pose, run.velocity
+    np.testing.assert_allclose(counted[:, 2] - 0.5, 0.95 * (true[at, 2] - 0.5), atol=1e-9)
+    assert np.abs(true[:, 2] - 0.5).max() > 0.2
+    # the same path by integrating the true speed, as the wheels see it, along the counted heading
+    heading = 0.5 + 0.95 * (true[:, 2] - 0.5)
+    c, s = np.cos(heading - true[:, 2]), np.sin(heading - true[:, 2])
+    speed = 1.10 * np.stack(
+        [c * velocity[:, 0] - s * velocity[:, 1], s * velocity[:, 0] + c * velocity[:, 1]], axis=1
+    )
+    way = np.array([0.3, -0.2]) + np.concatenate([np.zeros((1, 2)), 1e-3 * np.cumsum(speed, 0)])
+    np.testing.assert_allclose(counted[:, :2], way[at], atol=2e-3)
+
+
+def test_a_wrong_scale_does_not_make_the_wheels_feel_slip() -> None:
+    """What slips is not counted, whatever the scale."""
+    slip = {"kind": "slip", "t": 0.3, "duration": 0.3, "distance": 0.05}
+    sensors = {**SILENT_SENSORS, "odometry": {"scale": (2.0, 2.0)}}
+    run = drive(scenario(slip, sensors=sensors), 1.0, still)
+    assert run.pose[-1, 0] > 0.045
+    assert np.abs(np.array([m.pose[:2] for _, m in run.odometry])).max() < 0.01
+
+
 # --- inertial sensor ------------------------------------------------------------------------
 
 
@@ -140,6 +173,35 @@ def test_accelerometer_reads_gravity_and_the_bump() -> None:
     np.testing.assert_allclose(up[calm], 9.81, atol=1e-9)
     # a mean over a tenth of the vibration's period keeps 98 % of it
     assert up.max() - 9.81 == pytest.approx(3.0, rel=0.1)
+
+
+def test_gravity_leaks_along_a_tilted_floor_and_turns_with_the_heading() -> None:
+    """Uphill the accelerometer reads more; the leak is fixed in W, and the platform stays put."""
+    tilt, (rx, ry) = (0.02, -0.01), (9.81 * math.sin(0.02), -9.81 * math.sin(0.01))
+    for heading in (0.0, 2.0):
+        made = scenario(floor_tilt=tilt, platform_start=(0.0, 0.0, heading))
+        run = drive(made, 0.3, still)
+        read = np.array([m.accel for _, m in run.imu])
+        c, s = math.cos(heading), math.sin(heading)
+        expected = [c * rx + s * ry, -s * rx + c * ry]
+        np.testing.assert_allclose(read[:, :2], np.tile(expected, (len(read), 1)), atol=1e-9)
+        np.testing.assert_allclose(np.linalg.norm(read, axis=1), 9.81, atol=1e-9)
+        np.testing.assert_allclose(run.pose[-1], [0.0, 0.0, heading], atol=1e-9)
+
+
+def test_a_sensor_mounted_on_its_side_reads_along_its_own_axes() -> None:
+    """With x of the sensor up, gravity is on its x and the turn is on its gyro's x."""
+    robot = load_robot("xr4000_puma560")
+    upright = {"rotation": (0.0, -math.pi / 2, 0.0), "gyro_bias": 0.0, "accel_bias": 0.0}
+    turned = robot.model_copy(update={"imu": robot.imu.model_copy(update=upright)})
+    sensor = ImuSensor(turned, Sensors(), 0.0, np.random.default_rng(0))
+    read = []
+    for tick in range(50):
+        now = 0.001 * tick
+        pose, velocity = np.array([0.0, 0.0, 0.5 * now]), np.array([0.0, 0.0, 0.5])
+        read += sensor.step(now, pose, velocity, np.zeros(3), NONE)
+    np.testing.assert_allclose(read[-1].gyro, [0.5, 0.0, 0.0], atol=1e-9)
+    assert read[-1].accel[0] == pytest.approx(9.81)
 
 
 # --- arm ------------------------------------------------------------------------------------
