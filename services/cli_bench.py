@@ -14,6 +14,7 @@ from rich.markup import escape
 from rich.progress import track
 from rich.table import Table
 
+from services import cli_bench_observer
 from services.cli_common import Json, console, fail
 from services.evaluation import DRAWING_FIGURES, ESTIMATE_FIGURES
 
@@ -30,11 +31,7 @@ CASES = (
     ("whiteboard_moving", "hold"),
 )
 FIGURES = (*DRAWING_FIGURES, *ESTIMATE_FIGURES, "realtime_factor")
-
-
-@bench.callback()
-def _bench() -> None:
-    """A group even while it has one benchmark."""
+bench.command(name="observer")(cli_bench_observer.observer)
 
 
 @bench.command()

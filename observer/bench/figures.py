@@ -11,6 +11,7 @@ from scipy.signal import welch
 from services.messages import Array
 
 Mask = np.ndarray[Any, np.dtype[np.bool_]]
+Indices = np.ndarray[Any, np.dtype[np.int64]]
 
 SHIFTS = np.arange(-40, 201)
 """Shifts tried for the latency, in samples."""
@@ -46,7 +47,7 @@ def relative_error(pose: Array, truth: Array, lag: int) -> Array:
     return np.asarray(np.linalg.norm(moved(pose) - moved(truth), axis=1))
 
 
-def shift_costs(position: Array, truth: Array, index: Array, mask: Mask) -> Array:
+def shift_costs(position: Array, truth: Array, index: Indices, mask: Mask) -> Array:
     """Squared error against the truth of ``SHIFTS`` samples before, summed, (len(SHIFTS),).
 
     Args:

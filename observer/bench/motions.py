@@ -11,7 +11,7 @@ import numpy as np
 
 from observer.bench.manoeuvres import Manoeuvre, docking, drive, still, sway, turns
 from observer.bench.sensing import GRAVITY
-from observer.bench.world import World, simulate
+from observer.bench.world import SLIP, World, simulate
 
 START = 5.0
 """What happens before is not judged: the biases are being found [s]."""
@@ -36,11 +36,11 @@ def _pushes(rng: np.random.Generator, duration: float) -> Mapping[str, Any]:
 
 def _slips(rng: np.random.Generator, duration: float) -> Mapping[str, Any]:
     out, t = [], START + 1.0
-    while t < duration - 2.5:
+    while t < duration - SLIP[1]:
         angle = rng.uniform(-math.pi, math.pi)
         way = (0.05 * math.cos(angle), 0.05 * math.sin(angle))
         out.append((t + rng.uniform(0.0, 1.0), rng.uniform(0.05, 0.3), *way))
-        t += 5.0
+        t += 6.0
     return {"slips": tuple(out)}
 
 

@@ -30,8 +30,9 @@ PUSH_TIME = 0.2
 """... for so long [s]."""
 BRAKES = 0.03
 """Time constant with which the brakes bring the platform to rest [s]."""
-SETTLING = 2.0
-"""After a slip begins nobody is judged for so long [s]: which O is meant is an open question."""
+SLIP = (0.5, 3.0)
+"""So long before and after a slip begins nobody is judged [s]: which O is meant is an open
+question, and a smoother sees it coming."""
 
 
 @dataclass(frozen=True)
@@ -62,10 +63,10 @@ class World:
     conditions: Conditions
 
     def judged(self, start: float) -> np.ndarray[Any, np.dtype[np.bool_]]:
-        """Mask (n,) of the instants from ``start`` [s] on that are not ``SETTLING`` after slip."""
+        """Mask (n,) of the instants from ``start`` [s] on that are not around a slip."""
         keep = self.t >= start
         for slip in self.conditions.slips:
-            keep &= ~((self.t >= slip[0]) & (self.t < slip[0] + SETTLING))
+            keep &= ~((self.t >= slip[0] - SLIP[0]) & (self.t < slip[0] + SLIP[1]))
         return keep
 
 
