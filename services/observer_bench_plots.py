@@ -80,9 +80,11 @@ def one_run(world: World, names: Sequence[str]) -> Figure:
     units = (("x [mm]", 1e3), ("y [mm]", 1e3), ("heading [deg]", np.degrees(1.0)))
     for i, (axis, (label, unit)) in enumerate(zip(axes, units, strict=True)):
         # whoever is far off leaves the picture; the product and the reference set the scale
-        for name in reversed(names):
+        for k, name in enumerate(names):
             error = unit * (tracks[name].pose - world.reference)[part, i]
-            axis.plot(world.t[part], error, color=COLOURS[name], lw=_width(name), label=name)
+            axis.plot(
+                world.t[part], error, color=COLOURS[name], lw=_width(name), label=name, zorder=9 - k
+            )
         first = tracks[names[0]]
         sigma = unit * 3.0 * np.sqrt(first.covariance[part, i, i])
         axis.fill_between(
@@ -90,10 +92,11 @@ def one_run(world: World, names: Sequence[str]) -> Figure:
             label=f"3 sigma of {names[0]}",
         )  # fmt: skip
         axis.set_ylim(*(np.array([-1, 1]) * 2.0 * float(np.max(sigma))))
+        axis.set_xlim(START, START + 10.0)
         axis.set_ylabel(f"error of {label}")
     axes[0].legend(ncols=len(names) + 1, loc="lower center", bbox_to_anchor=(0.5, 1.0))
     axes[-1].set_xlabel("time [s]")
-    figure.suptitle(f"Sway, odometry {world.robot.odometry.rate:g} Hz (hold and taylor cut off)")
+    figure.suptitle(f"Sway, odometry {world.robot.odometry.rate:g} Hz: error over time")
     return figure
 
 
@@ -121,15 +124,20 @@ def one_push(world: World, names: Sequence[str]) -> Figure:
     middle.set_ylabel("position error [mm]")
     low.set_ylabel("velocity error [mm/s]")
     low.set_xlabel("time from the start of the push [ms]")
-    for axis in (top, middle, low):
-        axis.axvspan(0.0, 1e3 * PUSH_TIME, color="#b3261e", alpha=0.10, lw=0)
+    for axis, label in ((top, "push"), (middle, None), (low, None)):
+        axis.axvspan(0.0, 1e3 * PUSH_TIME, color="#b3261e", alpha=0.10, lw=0, label=label)
         axis.set_xlim(t[0], t[-1])
     middle.axvspan(
-        1e3 * PUSH_TIME, 1e3 * (PUSH_TIME + AFTERMATH), color="#b3261e", alpha=0.04, lw=0
+        1e3 * PUSH_TIME,
+        1e3 * (PUSH_TIME + AFTERMATH),
+        color="#b3261e",
+        alpha=0.04,
+        lw=0,
+        label="still counts as in the push",
     )
-    top.legend(loc="upper right")
-    middle.legend(loc="upper right")
-    figure.suptitle("A push of 200 N on 190 kg for 0.2 s (shaded), odometry "
+    top.legend(ncols=3, loc="lower center", bbox_to_anchor=(0.5, 1.0))
+    middle.legend(loc="upper left", fontsize=8)
+    figure.suptitle("A push of 200 N on 190 kg for 0.2 s, odometry "
                     f"{world.robot.odometry.rate:g} Hz")  # fmt: skip
     return figure
 
@@ -150,6 +158,8 @@ def bars(rows: Sequence[Row], rate: float) -> Figure:
             at = np.arange(len(motions)) + (k - 0.5 * (len(names) - 1)) * width
             axis.bar(at, [value[m] for m in motions], width, color=COLOURS[name], label=name)
         axis.set_yscale("log")
+        axis.set_ylim(0.6 * min(r[field] for r in mine), None)
+        axis.yaxis.set_major_formatter("{x:g}")
         axis.set_ylabel(label)
         axis.grid(axis="x", visible=False)
     axes[1].set_xticks(np.arange(len(motions)), motions)
@@ -196,14 +206,21 @@ def consistency(
     )  # fmt: skip
     low, high = chi2_band(3, runs)
     for axis, motion in zip(axes[:, 0], motions, strict=True):
+        top = 0.0
         for name in ("exact", "ekf"):
             score = scores.get(Key(motion, rate, name))
             if score is not None:
                 t, values = nees_over_time(score)
+                top = max(top, float(np.max(values)))
                 axis.plot(t + START, values, color=COLOURS[name], lw=_width(name), label=name)
         _band(axis, low, high, f"95 % band of {runs} runs")
         axis.set_ylabel(f"{motion}: NEES")
         axis.set_yscale("log")
+        axis.set_yticks((1, 2, 3, 5, 10, 20, 50))
+        axis.yaxis.set_major_formatter("{x:g}")
+        axis.minorticks_off()
+        axis.set_ylim(min(1.0, 0.8 * low), max(10.0, 1.2 * top))
+        axis.set_xlim(START, None)
     axes[0, 0].legend(loc="lower center", ncols=3, bbox_to_anchor=(0.5, 1.0))
     axes[-1, 0].set_xlabel("time [s]")
     figure.suptitle(f"Does the covariance tell the truth? Odometry {rate:g} Hz")

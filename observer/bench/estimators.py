@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from observer.bench.exact import exact_options
+from observer.bench.exact import exact_observer
 from observer.bench.play import Track, track
 from observer.bench.smoother import smoothed
 from observer.bench.world import World
@@ -65,7 +65,7 @@ ESTIMATORS: dict[str, Estimator] = {
     "imm": Estimator("ekf, all modes at once", lambda w: make_observer("imm", w.robot), True),
     "exact": Estimator(
         "Kalman filter that knows the world's parameters",
-        lambda w: make_observer("ekf", w.truth, options=exact_options(w)),
+        exact_observer,
     ),
     "smoother": Estimator("exact, half a second later, offline", None),
 }

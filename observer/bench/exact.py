@@ -5,10 +5,19 @@ from __future__ import annotations
 import math
 
 from observer.bench.world import DT, World
+from observer.ekf_observer import EkfObserver
 from observer.filter_options import FilterOptions
 from observer.observer_options import ObserverOptions
 
 NEVER = 1e12
+
+
+def exact_observer(world: World) -> EkfObserver:
+    """The exact filter on line; its covariance as it is, without the floor of the report."""
+    observer = EkfObserver(world.truth, exact_options(world))
+    odometry = world.truth.odometry.model_copy(update={"resolution": (0.0, 0.0, 0.0)})
+    observer.robot = world.truth.model_copy(update={"odometry": odometry})  # the floor's only root
+    return observer
 
 
 def exact_options(world: World) -> ObserverOptions:

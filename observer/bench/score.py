@@ -142,11 +142,11 @@ def _consistency(s: Score, track: Track, error: Array, mask: Mask, t: Array) -> 
     values = np.full(len(t), math.nan)
     values[mask] = nees(error[mask], track.covariance[mask])
     s.add("nees", np.sum(values[mask]), np.sum(mask))
-    bins = ((t - START) / SERIES).astype(np.int64)
-    usable = mask & (t < START + SERIES * int((t[-1] - START) / SERIES))
-    size = int((t[-1] - START) / SERIES)
-    total = np.bincount(bins[usable], values[usable], minlength=size)
-    s.add("nees over time", total, np.bincount(bins[usable], minlength=size))
+    slot = np.rint((t - START) / DT).astype(np.int64) // round(SERIES / DT)
+    size = int(slot[-1])  # the last one may be short
+    keep = mask & (slot < size)
+    total = np.bincount(slot[keep], values[keep], minlength=size)
+    s.add("nees over time", total, np.bincount(slot[keep], minlength=size))
     for name, series in (("odometry", track.odometry_nis), ("imu", track.imu_nis)):
         seen = series[mask & ~np.isnan(series)]
         if np.any(seen > 0.0):  # who does not filter reports zero

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from observer.belief import IMU, ODOMETRY
+from observer.belief import IMU, ODOMETRY, Belief
 from observer.bench.exact import exact_options
 from observer.bench.play import Track
 from observer.bench.world import DT, World
@@ -25,6 +25,10 @@ from services.messages import Array, BaseCommand, Odometry
 
 LAG = 0.5
 """Measurements up to so long after an instant count [s]."""
+
+
+Batches = list[tuple[float, list[tuple[int, Array]]]]
+"""(instant [s], what was measured then: (sensor, value (3)))."""
 
 
 class Steps(NamedTuple):
@@ -71,12 +75,9 @@ def smoothed(world: World) -> Track:
 
 def forward(world: World) -> Steps:
     """The exact filter over all measurements in the order of sampling; delays do not matter."""
-    ekf, batches = _ready(world)
-    t, (_, pose) = batches[0][0], batches[0][1].pop(0)
-    start = ekf.first(t, pose)
-    x, P = start.x, start.P
+    ekf, start, batches = _ready(world)
+    before, x, P = start.t, start.x, start.P
     out: list[tuple[Array, ...]] = []
-    before = t
     for t, batch in batches:
         F = np.eye(SIZE)
         for duration, u in ekf.commands.segments(before, t):
@@ -102,27 +103,30 @@ def forward(world: World) -> Steps:
     return Steps(times, *(np.array(column) for column in zip(*out, strict=True)))
 
 
-def _ready(world: World) -> tuple[PlanarEKF, list[tuple[float, list[tuple[int, Array]]]]]:
-    """The exact filter, told all commands, and (instant, [(sensor, value)]) for it to fuse.
-
-    The first value is odometry: before it there is nothing to start from.
-    """
+def _ready(world: World) -> tuple[PlanarEKF, Belief, Batches]:
+    """The exact filter told all commands, its first belief, and what it is to fuse from there."""
     options = exact_options(world)
     ekf = make_filter(world.truth, options).ekf
     wheels, R_BI = WheelScale(world.truth.odometry.scale), rotation_of(world.truth.imu.rotation)
     delay = options.command_latency + world.truth.platform.command_delay
+    start: Belief | None = None
     batches: dict[float, list[tuple[int, Array]]] = {}
     for _, m in sorted(world.arrivals, key=lambda a: a[1].t):
         if isinstance(m, BaseCommand):
             vx, vy, w = m.velocity.tolist()
             ekf.commands.insert(m.t + delay, (vx, vy, w))
         elif isinstance(m, Odometry):
-            batches.setdefault(m.t, []).insert(0, (ODOMETRY, wheels.correct(m.t, m.pose)))
-        elif batches:
+            pose = wheels.correct(m.t, m.pose)
+            if start is None:
+                start = ekf.first(m.t, pose)
+            else:
+                batches.setdefault(m.t, []).append((ODOMETRY, pose))
+        elif start is not None:
             gyro, accel = (m.gyro, m.accel) if R_BI is None else (R_BI @ m.gyro, R_BI @ m.accel)
             value = np.array([gyro[2], accel[0], accel[1]])
-            batches.setdefault(m.t, []).append((IMU, value))
-    return ekf, list(batches.items())
+            batches.setdefault(m.t, []).insert(0, (IMU, value))  # first, as in the product
+    assert start is not None
+    return ekf, start, list(batches.items())
 
 
 def backward(s: Steps, lag: float) -> tuple[Array, Array]:
