@@ -13,6 +13,7 @@ from services.messages import Array
 IMU, ODOMETRY, SPEED = 0, 1, 2
 NAMES = ("imu", "odometry", "speed")
 _ZERO = np.zeros(3)
+_DRIVING = ModeState()
 
 
 class Event(NamedTuple):
@@ -54,7 +55,7 @@ class Belief:
     """Odometry refused by the gate since start."""
     imu_gated: int = 0
     """IMU readings refused by the gate since start."""
-    mode: ModeState = ModeState()
+    mode: ModeState = _DRIVING
     slip_until: float = -1e300
     """Until then slip is reported [s]."""
     log_likelihood: float = 0.0

@@ -57,6 +57,8 @@ class CommandHistory:
         pieces = []
         times, silence = self._times, self.silence
         i = bisect_right(times, start) - 1
+        if i >= 0 and i == len(times) - 1 and end <= times[i] + silence:  # nearly always
+            return [(end - start, self._values[i])] if end > start else []
         t = start
         while t < end:
             upto = times[i + 1] if i + 1 < len(times) else math.inf

@@ -24,6 +24,11 @@ def _velocity_in_O(x: Floats) -> tuple[float, float, float]:
     return c * x[3] - s * x[4], s * x[3] + c * x[4], x[5]
 
 
+def _age(age: float) -> float:
+    """As reported: stamps may be a little ahead, and what never came is finitely old."""
+    return 0.0 if age < 0.0 else age if age < NEVER else NEVER
+
+
 class EkfObserver:
     """Delayed EKF with smooth output, behind the `Observer` protocol.
 
@@ -49,6 +54,7 @@ class EkfObserver:
         self._wheels = WheelScale(self.robot.odometry.scale)
         self._now: float | None = None
         self._tip: list[float] | None = None  # state at _now
+        self._v_tip = (0.0, 0.0, 0.0)  # its velocity, in O
         self._P_tip = np.zeros((SIZE, SIZE))
         self._P_time, self._stale = 0.0, True
         self._covariance = unknown()
@@ -85,7 +91,7 @@ class EkfObserver:
         if not self.filter.started:
             return self._nothing(now)
         dt = 0.0 if self._now is None else now - self._now
-        if self._tip is None or dt > self.options.pause or self._lost():
+        if self._tip is None or dt > self.options.pause or (fresh and self._lost()):
             self._restart(now)
         elif dt > 0.0:
             self._follow(self._now or 0.0, now, fresh)
@@ -97,17 +103,18 @@ class EkfObserver:
     def _follow(self, before: float, now: float, fresh: bool) -> None:
         """Carry prediction and output on from the last tick; correct them if there is news."""
         assert self._tip is not None
-        old = _velocity_in_O(self._tip)
+        old = self._v_tip
         self._tip = self._advance(self._tip, before, now)
-        new = _velocity_in_O(self._tip)
+        new = target = _velocity_in_O(self._tip)
         if fresh:
             self._correct(now)
-        target = _velocity_in_O(self._tip) if fresh else new
+            target = self._v_tip
+        self._v_tip = target
         if self._smooth:
             increment = (new[0] - old[0], new[1] - old[1], new[2] - old[2])
-            self.output.step(now - before, increment, self._tip[:3], target)
+            self.output.step(now - before, increment, self._tip, target)
         else:
-            self.output.reset(self._tip[:3], target)
+            self.output.reset(self._tip, target)
         # the covariance is brought up to date in a tick of its own, when there is one to spare
         since = now - self._P_time
         if (self._stale and not fresh) or since >= self.options.covariance_period:
@@ -174,7 +181,7 @@ class EkfObserver:
         self._correct(now)
         tip = self._tip
         assert tip is not None
-        self.output.reset(tip[:3], _velocity_in_O(tip))
+        self.output.reset(tip, self._v_tip)
         self._update_covariance(now)
         if not first and math.dist(old, tip[:3]) > self.options.jump:
             self._jumped = now
@@ -188,6 +195,7 @@ class EkfObserver:
         """Replace the prediction by the newest belief, carried on to now."""
         belief = self.filter.belief
         self._tip = self._advance(belief.x.tolist(), belief.t, now)
+        self._v_tip = _velocity_in_O(self._tip)
         self._stale = True
 
     def _update_covariance(self, now: float) -> None:
@@ -207,11 +215,12 @@ class EkfObserver:
         )
         c = self._covariance
         self._sigma = (math.sqrt(max(c[0, 0], c[1, 1])), math.sqrt(c[2, 2]))
+        self.output.trust((math.sqrt(max(c[3, 3], c[4, 4])), math.sqrt(c[5, 5])))
 
     def _report(self, now: float) -> Estimate:
         belief, tip, newest = self.filter.belief, self._tip, self._newest
         assert tip is not None
-        (ax, ay, aw), _ = self.filter.motion.acceleration(tip, self.filter.commands.at(now))
+        ax, ay, aw = self.filter.motion.acceleration(tip, self.filter.commands.at(now))
         ax, ay = ax - tip[5] * tip[4], ay + tip[5] * tip[3]
         c, s = math.cos(tip[2]), math.sin(tip[2])
         odometry_age, imu_age = now - newest["odometry"], now - newest["imu"]
@@ -221,8 +230,8 @@ class EkfObserver:
             self._sigma,
             odometry_age,
             imu_age,
-            slip=now < belief.slip_until,
-            jumped=now - self._jumped < self.options.pause,
+            now < belief.slip_until,
+            now - self._jumped < self.options.pause,
         )
         return Estimate(
             t=now,
@@ -231,14 +240,14 @@ class EkfObserver:
             acceleration=np.array((c * ax - s * ay, s * ax + c * ay, aw)),
             covariance=self._covariance,
             gyro_bias=tip[9],
-            accel_bias=np.array(tip[10:12]),
+            accel_bias=belief.x[10:12],
             odometry_innovation=belief.odometry_innovation,
-            odometry_nis=min(belief.odometry_nis, NEVER),
+            odometry_nis=belief.odometry_nis,
             imu_innovation=belief.imu_innovation,
-            imu_nis=min(belief.imu_nis, NEVER),
-            odometry_age=max(odometry_age, 0.0),
-            imu_age=min(max(imu_age, 0.0), NEVER),
-            command_age=min(max(command_age, 0.0), NEVER),
+            imu_nis=belief.imu_nis,
+            odometry_age=_age(odometry_age),
+            imu_age=_age(imu_age),
+            command_age=_age(command_age),
             rejected=self._rejected,
             mode=belief.mode.mode.value,
             valid=valid,

@@ -53,7 +53,7 @@ class FilterOptions:
     """Measurements fused again per tick, beside the new ones, until a late one is worked in."""
     likelihood: bool = False
     """Sum up the log-likelihood of the innovations, for tuning."""
-    floor_tilt: float = 0.03
-    """Standard deviation of gravity along an unknown floor [m/s^2]; 0.03 is 0.17 deg."""
+    floor_tilt: float = 0.02
+    """Standard deviation of gravity along an unknown floor [m/s^2]; 0.02 is 0.12 deg."""
     speed: tuple[float, float, float] = (0.5, 0.5, 0.5)
     """Standard deviation of the velocity before the first measurement [m/s, m/s, rad/s]."""

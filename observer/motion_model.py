@@ -102,28 +102,23 @@ class MotionModel:
                 " least: the closed form divides by their difference"
             )
 
-    def acceleration(self, x: Floats, u: Floats) -> tuple[list[float], list[float]]:
-        """Derivative of the body velocity, and its slope in that velocity.
+    def acceleration(self, x: Floats, u: Floats) -> tuple[float, float, float]:
+        """Derivative of the body velocity: of vx, vy [m/s^2] and w [rad/s^2].
 
         Args:
             x: state (14).
             u: command V_OB_B (3) [m/s, m/s, rad/s].
-
-        Returns:
-            (3) derivative of (vx, vy, w) and (3) its partial derivatives in (vx, vy, w) [1/s];
-            a slope is zero on an axis whose drive saturates.
         """
-        rate, slope = [], []
-        for i in range(3):
-            wanted = (u[i] - x[3 + i]) / self.lag
-            limit = self.acceleration_limit[i]
-            if -limit <= wanted <= limit:
-                rate.append(wanted + x[6 + i])
-                slope.append(-1.0 / self.lag)
-            else:
-                rate.append(math.copysign(limit, wanted) + x[6 + i])
-                slope.append(0.0)
-        return rate, slope
+        lag, (lx, ly, lw) = self.lag, self.acceleration_limit
+        ax, ay, aw = (u[0] - x[3]) / lag, (u[1] - x[4]) / lag, (u[2] - x[5]) / lag
+        if not (-lx <= ax <= lx and -ly <= ay <= ly and -lw <= aw <= lw):
+            ax, ay, aw = min(max(ax, -lx), lx), min(max(ay, -ly), ly), min(max(aw, -lw), lw)
+        return ax + x[6], ay + x[7], aw + x[8]
+
+    def slopes(self, x: Floats, u: Floats) -> list[float]:
+        """Derivative of `acceleration` in vx, vy, w (3) [1/s]: zero where the drive saturates."""
+        reach = self._reach
+        return [-1.0 / self.lag if abs(u[i] - x[3 + i]) <= reach[i] else 0.0 for i in (0, 1, 2)]
 
     def _for(self, dt: float) -> _Constants:
         known = self._constants.get(dt)

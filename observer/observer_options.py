@@ -19,7 +19,7 @@ from observer.sensor_models import ImuModel, OdometryModel, SpeedModel
 class ObserverOptions:
     """What the observer assumes beyond the robot's description; reasons in docs/observer.md."""
 
-    disturbance_factor: float = 1.5
+    disturbance_factor: float = 1.2
     """Disturbance assumed, over the stated one: too little is worse than too much."""
     imu_noise_factor: float = 1.2
     """IMU noise assumed, over the stated one: understating it ruins consistency."""

@@ -29,13 +29,19 @@ from observer.sensor_models import wrap
 class OutputOptions:
     """Constants of the blend, found by measurement (docs/observer.md)."""
 
-    frequency: float = 45.0
+    frequency: float = 90.0
     """w of the critically damped law [rad/s]."""
-    rate: tuple[float, float] = (0.012, math.radians(1.2))
-    """Largest velocity of a correction: translation [m/s], heading [rad/s]."""
-    acceleration: tuple[float, float] = (3.0, 3.0)
-    """Largest acceleration of a correction [m/s^2], [rad/s^2]."""
-    far: tuple[float, float] = (0.01, math.radians(1.0))
+    excess: tuple[float, float] = (0.0198, math.radians(1.4))
+    """By how much the velocity given out may differ from the true one: translation [m/s], heading
+    [rad/s]. A correction gets what the uncertainty of the velocity leaves of it ..."""
+    sigmas: float = 3.3
+    """... which is taken as so many standard deviations; about one in a thousand is larger."""
+    least: float = 0.25
+    """A correction gets at least this share."""
+    acceleration: tuple[float, float] = (1.5, 1.0)
+    """Largest acceleration of a correction [m/s^2], [rad/s^2]: the arm's reaction to more shakes the
+    platform, and that the filter then sees."""
+    far: tuple[float, float] = (0.004, math.radians(1.0))
     """Beyond this error the rate grows in proportion, so that a way back of decimetres ends."""
 
 
@@ -46,6 +52,7 @@ class SmoothOutput:
         pose: X_OB: x, y [m], heading [rad], continuous.
         velocity: V_OB_O [m/s, m/s, rad/s], the derivative of ``pose``.
         offset: filter minus output [m, m, rad], what is still to be fed in.
+        rate: largest velocity of a correction now: translation [m/s], heading [rad/s].
     """
 
     def __init__(self, options: OutputOptions | None = None) -> None:
@@ -53,10 +60,21 @@ class SmoothOutput:
         self.pose = [0.0, 0.0, 0.0]
         self.velocity = [0.0, 0.0, 0.0]
         self.offset = [0.0, 0.0, 0.0]
+        self.rate = (0.0, 0.0)
+        self.trust((0.0, 0.0))
+
+    def trust(self, sigma: tuple[float, float]) -> None:
+        """Tell how far the velocity is known: standard deviation [m/s], [rad/s]."""
+        o = self.options
+        left = [
+            max(most - o.sigmas * s, o.least * most)
+            for most, s in zip(o.excess, sigma, strict=True)
+        ]
+        self.rate = (left[0], left[1])
 
     def reset(self, pose: Floats, velocity: Floats) -> None:
         """Start at the filter's belief: the only step there ever is."""
-        self.pose, self.velocity = list(pose), list(velocity)
+        self.pose, self.velocity = list(pose[:3]), list(velocity)
         self.offset = [0.0, 0.0, 0.0]
 
     def step(self, dt: float, increment: Floats, pose: Floats, velocity: Floats) -> None:
@@ -65,7 +83,7 @@ class SmoothOutput:
         Args:
             dt: time since the last step [s], positive.
             increment: of V_OB_O over ``dt`` by the filter's own prediction, without corrections.
-            pose: X_OB that the filter believes now.
+            pose: X_OB that the filter believes now, in its first three entries.
             velocity: V_OB_O that the filter believes now.
         """
         opt = self.options
@@ -77,10 +95,12 @@ class SmoothOutput:
         half = 0.5 * dt
         ex = pose[0] - p[0] - half * (v[0] + wx)
         ey = pose[1] - p[1] - half * (v[1] + wy)
-        ew = wrap(pose[2] - p[2] - half * (v[2] + ww))
+        ew = pose[2] - p[2] - half * (v[2] + ww)
+        if not -math.pi <= ew < math.pi:
+            ew = wrap(ew)
 
         far = math.hypot(ex, ey)
-        rate = opt.rate[0] * max(1.0, far / opt.far[0])
+        rate = self.rate[0] if far <= opt.far[0] else self.rate[0] * far / opt.far[0]
         c = pull if pull * far <= rate else rate / far
         ax = gain * (velocity[0] + c * ex - wx)
         ay = gain * (velocity[1] + c * ey - wy)
@@ -88,7 +108,7 @@ class SmoothOutput:
         if size > most:
             ax, ay = ax * most / size, ay * most / size
 
-        rate = opt.rate[1] * max(1.0, abs(ew) / opt.far[1])
+        rate = self.rate[1] if abs(ew) <= opt.far[1] else self.rate[1] * abs(ew) / opt.far[1]
         aw = gain * (velocity[2] + min(max(pull * ew, -rate), rate) - ww)
         most = opt.acceleration[1] * dt
         aw = min(max(aw, -most), most)

@@ -25,6 +25,10 @@ from observer.sensor_models import ImuModel, OdometryModel, SpeedModel, pose_res
 from services.messages import Array
 
 
+MOST = 1e6
+"""Largest NIS that is told apart: beyond, all is nonsense, and the wire wants finite numbers."""
+
+
 class PlanarEKF(ExtendedKalmanFilter):
     """Prediction, gate and update.
 
@@ -121,7 +125,7 @@ class PlanarEKF(ExtendedKalmanFilter):
                 start += self._dt
 
     def _nis(self) -> float:
-        return float(self.y @ self.SI @ self.y)
+        return min(float(self.y @ self.SI @ self.y), MOST)
 
     def _evidence(self, before: Belief, nis: float) -> float:
         """Sum of log N(y; 0, S) up to and with this innovation."""

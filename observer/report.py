@@ -14,8 +14,9 @@ from services.messages import Array
 NEVER = 1e6
 """Age of an input that never came [s]; finite, so that it passes the wire."""
 
-FLOOR = 0.31
-"""Standard deviation reported at least, in steps of the odometry, on an axis that repeats."""
+FLOOR = 12**-0.5
+"""Standard deviation reported at least, in steps of the odometry, on an axis that repeats: that of
+a uniform error."""
 REPEATS = 2
 """From so many unchanged odometry values on."""
 

@@ -129,7 +129,7 @@ class ImuModel:
 
     def expect(self, x: Floats, u: Floats) -> Array:
         """Measurement (gyro z, accel x, accel y) in state (14) under command (3)."""
-        (ax, ay, aw), _ = self.motion.acceleration(x, u)
+        ax, ay, aw = self.motion.acceleration(x, u)
         vx, vy, w, gx, gy = x[3], x[4], x[5], x[12], x[13]
         rx, ry = self.position
         c, s = math.cos(x[2]), math.sin(x[2])
@@ -143,7 +143,7 @@ class ImuModel:
 
     def jacobian(self, x: Floats, u: Floats) -> Array:
         """Derivative of `expect` in the state, (3, 14)."""
-        _, (kx, ky, kw) = self.motion.acceleration(x, u)
+        kx, ky, kw = self.motion.slopes(x, u)
         vx, vy, w, gx, gy = x[3], x[4], x[5], x[12], x[13]
         rx, ry = self.position
         c, s = math.cos(x[2]), math.sin(x[2])

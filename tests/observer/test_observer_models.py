@@ -20,7 +20,8 @@ IMU = ImuModel(MODEL, (0.2, 0.05), 1e-3, 0.03)
 def random_state(seed: int) -> tuple[np.ndarray, np.ndarray]:
     """State and command; the command is far enough away to saturate an axis now and then."""
     rng = np.random.default_rng(seed)
-    x = rng.standard_normal(SIZE) * [1, 1, 2, 0.4, 0.4, 0.4, 0.3, 0.3, 0.3, 0.01, 0.05, 0.05, 0.1, 0.1]
+    spread = [1, 1, 2, 0.4, 0.4, 0.4, 0.3, 0.3, 0.3, 0.01, 0.05, 0.05, 0.1, 0.1]
+    x = rng.standard_normal(SIZE) * spread
     return x, x[3:6] + rng.uniform(-0.4, 0.4, 3)
 
 
