@@ -1,0 +1,89 @@
+"""Recordings from files: our own logs, run folders, and plain form (TOML and CSV)."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from deploy.robot import load_robot
+from observer.logs.recording import Recording, Samples
+from services.lockstep import TICK
+from services.messages import Array, Message
+from services.runlog import BadLog, RunLog, read_log
+from services.topics import BASE_COMMAND, IMU, ODOMETRY, TRUTH, Topic
+from sim.scenario import Scenario
+
+
+def open_recording(path: Path) -> Recording:
+    """Read a recording from an ``.mcap`` log of ours, a run's folder, or a plain form's TOML.
+
+    Raises:
+        BadLog: no such file, no log of ours, or one without odometry.
+        BadFile: a plain form with wrong entries.
+    """
+    if path.is_dir():
+        inside = sorted(path.glob("*.mcap"))
+        if not inside:
+            raise BadLog(f"{path}: a folder without a log (no *.mcap in it)")
+        if len(inside) > 1:
+            names = ", ".join(p.name for p in inside)
+            raise BadLog(f"{path}: has several logs, name one of them: {names}")
+        path = inside[0]
+    if path.suffix == ".toml":
+        from observer.logs.description import load_recording
+
+        return load_recording(path)
+    if path.suffix != ".mcap":
+        raise BadLog(f"{path}: neither a log (.mcap), a run's folder, nor a recording (.toml)")
+    log, about = read_log(path)
+    return recording_of(log, about, path.stem if path.parent == Path() else path.parent.name)
+
+
+def recording_of(log: RunLog, about: Mapping[str, str], name: str = "run") -> Recording:
+    """What the observer heard in a run of ours, with the truth as reference.
+
+    The robot is the one that the run's controllers were told of, not the simulated one. A message
+    could be used one tick after it was sent. Truth is X_WB: O is W until the wheels slip.
+
+    Args:
+        log: of the run.
+        about: its metadata.
+        name: for titles.
+
+    Raises:
+        BadLog: no odometry, or a robot that is not known here.
+    """
+    if not log.series(ODOMETRY):
+        raise BadLog(f"{name}: nothing on {ODOMETRY.name}; there is nothing to replay")
+    truth = log.series(TRUTH)
+    return Recording(
+        name=name,
+        base=load_robot(_robot(about)),
+        odometry=_samples(log, ODOMETRY, [m.pose for m in log.series(ODOMETRY)]),
+        imu=_samples(log, IMU, [np.concatenate([m.gyro, m.accel]) for m in log.series(IMU)]),
+        commands=_samples(log, BASE_COMMAND, [m.velocity for m in log.series(BASE_COMMAND)]),
+        reference=_samples(log, TRUTH, [m.pose for m in truth]),
+    )
+
+
+def _robot(about: Mapping[str, str]) -> str:
+    """Name of the robot that a log is of."""
+    try:
+        scenario = tomllib.loads(about.get("scenario_toml", ""))
+    except tomllib.TOMLDecodeError as error:
+        raise BadLog(f"the log's scenario is not TOML: {error}") from None
+    return str(scenario.get("robot", Scenario.model_fields["robot"].default))
+
+
+def _samples(log: RunLog, topic: Topic, values: Sequence[Array]) -> Samples | None:
+    """Samples in the order of their stamps; None if the topic is silent."""
+    messages: list[Message] = log.series(topic)
+    if not messages:
+        return None
+    t = np.array([m.t for m in messages])
+    arrival = np.maximum(np.array(log.arrivals(topic)), t) + TICK
+    order = np.argsort(t, kind="stable")
+    return Samples(t[order], arrival[order], np.array(values)[order])
