@@ -47,6 +47,8 @@ def auto_keys(description: LogDescription) -> frozenset[str]:
             found |= {f"{name}.{key}" for key in keys if getattr(table, key) is None}
     if description.imu is not None and description.imu.rotation is not None:
         found -= {"imu.up", "imu.forward"}
+    if description.imu is not None and description.imu.forward is not None:
+        found -= {"imu.up"}  # gravity has told it by then
     return frozenset(found)
 
 
@@ -69,9 +71,11 @@ def assumed_base(description: LogDescription, samples: dict[str, Samples]) -> Mo
         update = _timing(samples["imu"]) | _given(d, "imu") | {"position": d.position}
         if d.rotation is not None:
             update["rotation"] = d.rotation
-        elif d.up is not None:
+        elif d.up is not None or d.forward is not None:
+            gravity = np.median(samples["imu"].values[:, 3:], axis=0)
+            up = axis_vector(d.up) if d.up else gravity
             forward = axis_vector(d.forward) if d.forward else None
-            update["rotation"] = rpy_of(level(axis_vector(d.up), forward))
+            update["rotation"] = rpy_of(level(up, forward))
         imu = IMU.model_copy(update=update)
     return MobileBase(platform=platform, odometry=odometry, imu=imu)
 

@@ -219,13 +219,13 @@ def _in_range(rows: Rows, sensor: _Sensor, first: int, where: str, problems: Pro
     limits: list[tuple[str, Mask]] = []
     if isinstance(d, ImuColumns):
         turn, force = RANGES["imu"]
-        wild = (v[:, :3] * ANGLES[d.angle_unit] > turn).any(axis=1)
-        hard = (v[:, 3:] * FORCES[d.accel_unit] > force).any(axis=1)
+        wild = np.any(v[:, :3] * ANGLES[d.angle_unit] > turn, axis=1)
+        hard = np.any(v[:, 3:] * FORCES[d.accel_unit] > force, axis=1)
         limits.append((f"gyro beyond {turn:g} rad/s", wild))
         limits.append((f"accelerometer beyond {force:g} m/s^2", hard))
     elif isinstance(d, SpeedColumns | CommandColumns):
         fast, turn = RANGES[sensor.name]
-        far = (v[:, :-1] * LENGTHS[d.length_unit] > fast).any(axis=1)
+        far = np.any(v[:, :-1] * LENGTHS[d.length_unit] > fast, axis=1)
         limits.append((f"beyond {fast:g} m/s", far))
         limits.append((f"beyond {turn:g} rad/s", v[:, -1] * ANGLES[d.angle_unit] > turn))
     good = np.ones(len(v), dtype=bool)

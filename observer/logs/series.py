@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Protocol
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
@@ -29,6 +31,34 @@ def touches(start: Array, end: Array, holes: list[tuple[float, float]]) -> Mask:
     for a, b in holes:
         out |= (start < b) & (end > a)
     return out
+
+
+class Curve(Protocol):
+    """A quantity that changes over time and may be asked for at any instant of its span."""
+
+    start: float
+    end: float
+
+    def __call__(self, t: Array) -> Array:
+        """Its value at instants of any shape [s]."""
+        ...
+
+
+class Polyline:
+    """Straight lines between samples.
+
+    Args:
+        t: instants (n,) [s], increasing.
+        values: (n,).
+    """
+
+    def __init__(self, t: Array, values: Array) -> None:
+        self.start, self.end = float(t[0]), float(t[-1])
+        self._t, self._values = t, values
+
+    def __call__(self, t: Array) -> Array:
+        """Value at ``t`` (any shape) [s]."""
+        return np.asarray(np.interp(t, self._t, self._values))
 
 
 class Integral:
