@@ -136,7 +136,7 @@ def one_push(world: World, names: Sequence[str]) -> Figure:
         label="still counts as in the push",
     )
     top.legend(ncols=3, loc="lower center", bbox_to_anchor=(0.5, 1.0))
-    middle.legend(loc="upper left", fontsize=8)
+    middle.legend(ncols=4, loc="lower center", bbox_to_anchor=(0.5, 1.0))
     figure.suptitle("A push of 200 N on 190 kg for 0.2 s, odometry "
                     f"{world.robot.odometry.rate:g} Hz")  # fmt: skip
     return figure
@@ -160,12 +160,19 @@ def bars(rows: Sequence[Row], rate: float) -> Figure:
         axis.set_yscale("log")
         axis.set_ylim(0.6 * min(r[field] for r in mine), None)
         axis.yaxis.set_major_formatter("{x:g}")
+        axis.yaxis.set_minor_formatter(sparse)
         axis.set_ylabel(label)
         axis.grid(axis="x", visible=False)
     axes[1].set_xticks(np.arange(len(motions)), motions)
     axes[0].legend(ncols=len(names), loc="lower center", bbox_to_anchor=(0.5, 1.0), fontsize=8)
     figure.suptitle(f"Error by motion, odometry {rate:g} Hz, {mine[0]['runs']} runs (log scale)")
     return figure
+
+
+def sparse(value: float, position: int | None = None) -> str:
+    """Label of a tick between powers of ten: only 2 and 5 have room."""
+    digit = f"{value:.0e}"[0]
+    return f"{value:g}" if digit in "25" else ""
 
 
 def step_histogram(scores: Mapping[Key, Score]) -> Figure:

@@ -66,7 +66,7 @@ def test_truth_is_consistent_in_itself(command) -> None:  # type: ignore[no-unty
 
 def test_odometry_is_the_reference_rounded() -> None:
     """Half a step at most between what odometry says and the reference, slip included."""
-    w = simulate(sway, 4, 6.0, slips=((2.0, 0.2, 0.03, -0.04),))
+    w = simulate(sway, 4, 6.0, heading=0.4, slips=((2.0, 0.2, 0.03, -0.04),))
     at = np.rint([m.t / DT for _, m in of(Odometry, w)]).astype(int)
     off = np.abs(stacked(Odometry, "pose", w) - w.reference[at])
     assert (off <= 0.5 * np.array(ROBOT.odometry.resolution) + 1e-9).all()
