@@ -211,7 +211,8 @@ class DelayedEKF:
                 left -= 1
         if len(self._beliefs) == len(self._events):
             self._served = None
-            self._forget()
+            if not self._waiting:
+                self._forget()
 
     def _forget(self) -> None:
         limit = self._keys[-1][0] - self.options.history

@@ -26,9 +26,9 @@ class FilterOptions:
     """The same of the IMU, after the disturbance was raised: only nonsense fails."""
     alert_nis: float = 30.0
     """NIS of the IMU that means: something pushes."""
-    alert_factor: float = 400.0
+    alert_factor: float = 150.0
     """Factor on the variance of the disturbance from then on ..."""
-    alert_time: float = 0.15
+    alert_time: float = 0.2
     """... for this long [s]."""
     growth: tuple[float, float, float] = (0.002, 0.002, 0.0035)
     """Added pose deviation at the first refused odometry [m, m, rad]; doubles at each one more."""

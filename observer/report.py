@@ -17,7 +17,7 @@ NEVER = 1e6
 FLOOR = 12**-0.5
 """Standard deviation reported at least, in steps of the odometry, on an axis that repeats: that of
 a uniform error."""
-REPEATS = 2
+REPEATS = 4
 """From so many unchanged odometry values on."""
 
 

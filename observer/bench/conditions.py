@@ -49,8 +49,8 @@ class Conditions:
     """Friction holds the platform: the truth is exactly constant."""
     brakes: float = math.inf
     """Told to stand for so long [s], the platform is brought to rest by its brakes and held."""
-    heading: float = 0.4
-    """At the start [rad]."""
+    heading: float | None = None
+    """At the start [rad]; None draws any."""
     tilt: tuple[float, float] = (0.0, 0.0)
     """Of the floor: horizontal components of gravity, fixed in O [m/s^2]; the IMU reads less by
     that, turned into B. The drive is taken to hold against it."""

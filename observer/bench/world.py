@@ -97,7 +97,9 @@ def simulate(
     truth = truly(told, how, rng)
     t = np.arange(n, dtype=np.float64) * np.float64(DT)
     push_and_noise = _disturbance(truth, how, t, rng)
-    start = np.array([*rng.uniform(-1.0, 1.0, 2), how.heading])
+    start = rng.uniform((-1.0, -1.0, -math.pi), (1.0, 1.0, math.pi))
+    if how.heading is not None:
+        start[2] = how.heading
     sent, u = _commands(command, n, round(how.command_delay / DT))
     v, rate = _velocity(truth, how, u, push_and_noise)
     motion = Motion(t, DT * 0.5 * (v[:-1] + v[1:]), v[:-1], rate, start)
