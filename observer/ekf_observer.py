@@ -212,6 +212,7 @@ class EkfObserver:
             belief.repeats,
             self.robot.odometry.resolution,
             self.output.offset,
+            self.options.reported_floor,
         )
         c = self._covariance
         self._sigma = (math.sqrt(max(c[0, 0], c[1, 1])), math.sqrt(c[2, 2]))

@@ -25,6 +25,8 @@ class ObserverOptions:
     """IMU noise assumed, over the stated one: understating it ruins consistency."""
     command_latency: float = 0.0015
     """From the stamp of a command to the drive, beside the drive's own dead time [s]."""
+    reported_floor: float = 12**-0.5
+    """Deviation reported at least where odometry repeats one value, in steps of it; 0: none."""
     covariance_period: float = 0.010
     """The covariance is carried on to now this often when no data come [s]."""
     pause: float = 0.5

@@ -39,8 +39,8 @@ class OutputOptions:
     least: float = 0.25
     """A correction gets at least this share."""
     acceleration: tuple[float, float] = (1.5, 1.0)
-    """Largest acceleration of a correction [m/s^2], [rad/s^2]: the arm's reaction to more shakes the
-    platform, and that the filter then sees."""
+    """Largest acceleration of a correction [m/s^2], [rad/s^2]: the arm's reaction to more shakes
+    the platform, and that the filter then sees."""
     far: tuple[float, float] = (0.004, math.radians(1.0))
     """Beyond this error the rate grows in proportion, so that a way back of decimetres ends."""
 

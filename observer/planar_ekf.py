@@ -24,7 +24,6 @@ from observer.motion_model import SIZE, MotionModel
 from observer.sensor_models import ImuModel, OdometryModel, SpeedModel, pose_residual, truncated
 from services.messages import Array
 
-
 MOST = 1e6
 """Largest NIS that is told apart: beyond, all is nonsense, and the wire wants finite numbers."""
 

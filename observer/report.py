@@ -14,11 +14,8 @@ from services.messages import Array
 NEVER = 1e6
 """Age of an input that never came [s]; finite, so that it passes the wire."""
 
-FLOOR = 12**-0.5
-"""Standard deviation reported at least, in steps of the odometry, on an axis that repeats: that of
-a uniform error."""
 REPEATS = 4
-"""From so many unchanged odometry values on."""
+"""Unchanged odometry values from which on an axis is taken to rest."""
 
 
 @dataclass(frozen=True)
@@ -48,12 +45,13 @@ def covariance_in_O(
     repeats: Sequence[int],
     resolution: Sequence[float],
     offset: Floats,
+    floor: float,
 ) -> Array:
     """Covariance (6, 6) of (X_OB, V_OB_O) as reported.
 
     At rest, odometry repeats one rounded value: its error is a constant that no averaging removes,
     yet each repetition makes the filter surer. So on an axis that repeats, the reported deviation
-    has a floor of 0.31 q (a uniform error has q / sqrt(12) = 0.29 q). The filter itself is left
+    has a floor (a uniform error has q / sqrt(12) = 0.29 q). The filter itself is left
     alone: a floor inside it costs accuracy in heading. What the output has still to feed in counts
     as error too.
 
@@ -63,6 +61,7 @@ def covariance_in_O(
         repeats: how often x, y, heading of odometry came unchanged (3).
         resolution: q of x, y [m] and heading [rad].
         offset: filter minus output [m, m, rad].
+        floor: least deviation of an axis that repeats, in steps of its resolution.
     """
     c, s = math.cos(x[2]), math.sin(x[2])
     vx, vy = x[3], x[4]
@@ -74,7 +73,7 @@ def covariance_in_O(
     out = 0.5 * (out + out.T)
     for i in range(3):
         if repeats[i] >= REPEATS:
-            out[i, i] = max(out[i, i], (FLOOR * resolution[i]) ** 2)
+            out[i, i] = max(out[i, i], (floor * resolution[i]) ** 2)
     e = np.asarray(offset)
     out[:3, :3] += np.outer(e, e)
     return out

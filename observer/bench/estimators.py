@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from observer.bench.exact import exact_observer
+from observer.bench.exact import exact_observer, smooth_exact_observer
 from observer.bench.play import Track, track
 from observer.bench.smoother import smoothed
 from observer.bench.world import World
@@ -67,6 +67,7 @@ ESTIMATORS: dict[str, Estimator] = {
         "Kalman filter that knows the world's parameters",
         exact_observer,
     ),
+    "exact_smooth": Estimator("exact, through the output stage", smooth_exact_observer),
     "smoother": Estimator("exact, half a second later, offline", None),
 }
 REFERENCE = "exact"

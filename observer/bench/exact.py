@@ -3,21 +3,25 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 from observer.bench.world import DT, World
 from observer.ekf_observer import EkfObserver
 from observer.filter_options import FilterOptions
 from observer.observer_options import ObserverOptions
+from observer.output import OutputOptions
 
 NEVER = 1e12
 
 
 def exact_observer(world: World) -> EkfObserver:
-    """The exact filter on line; its covariance as it is, without the floor of the report."""
-    observer = EkfObserver(world.truth, exact_options(world))
-    odometry = world.truth.odometry.model_copy(update={"resolution": (0.0, 0.0, 0.0)})
-    observer.robot = world.truth.model_copy(update={"odometry": odometry})  # the floor's only root
-    return observer
+    """The exact filter on line."""
+    return EkfObserver(world.truth, exact_options(world))
+
+
+def smooth_exact_observer(world: World) -> EkfObserver:
+    """The same through the product's output stage: what a limit on steps costs whoever obeys it."""
+    return EkfObserver(world.truth, replace(exact_options(world), output=OutputOptions()))
 
 
 def exact_options(world: World) -> ObserverOptions:
@@ -34,6 +38,7 @@ def exact_options(world: World) -> ObserverOptions:
         imu_noise_factor=1.0,
         command_latency=DT,
         output=None,
+        reported_floor=0.0,
         filter=FilterOptions(
             odometry_update="gaussian",
             modes="single",

@@ -93,4 +93,9 @@ MOTIONS: dict[str, Motion] = {
         sway,
         lambda rng, duration: {"scale": (1.01, 1.01)},
     ),
+    "late": Motion(
+        "sway with odometry that comes 0.4 s late",
+        sway,
+        lambda rng, duration: {"odometry_delay": 0.4},
+    ),
 }
