@@ -62,6 +62,7 @@ class SmoothOutput:
         self.offset = [0.0, 0.0, 0.0]
         self.rate = (0.0, 0.0)
         self.trust((0.0, 0.0))
+        self._tune(0.002)
 
     def trust(self, sigma: tuple[float, float]) -> None:
         """Tell how far the velocity is known: standard deviation [m/s], [rad/s]."""
@@ -86,38 +87,47 @@ class SmoothOutput:
             pose: X_OB that the filter believes now, in its first three entries.
             velocity: V_OB_O that the filter believes now.
         """
-        opt = self.options
-        k = 2.0 * opt.frequency
-        pull = min(0.25 * k, 0.5 / dt)  # however coarse the ticks, never past the target
-        gain = -math.expm1(-k * dt)
+        if abs(dt - self._dt) > 1e-9:  # sums of periods differ in their last digits
+            self._tune(dt)
+        half, pull, gain, most, most_w = self._law
         p, v = self.pose, self.velocity
-        wx, wy, ww = v[0] + increment[0], v[1] + increment[1], v[2] + increment[2]
-        half = 0.5 * dt
-        ex = pose[0] - p[0] - half * (v[0] + wx)
-        ey = pose[1] - p[1] - half * (v[1] + wy)
-        ew = pose[2] - p[2] - half * (v[2] + ww)
+        vx, vy, vw = v
+        wx, wy, ww = vx + increment[0], vy + increment[1], vw + increment[2]
+        ex = pose[0] - p[0] - half * (vx + wx)
+        ey = pose[1] - p[1] - half * (vy + wy)
+        ew = pose[2] - p[2] - half * (vw + ww)
         if not -math.pi <= ew < math.pi:
             ew = wrap(ew)
 
-        far = math.hypot(ex, ey)
-        rate = self.rate[0] if far <= opt.far[0] else self.rate[0] * far / opt.far[0]
-        c = pull if pull * far <= rate else rate / far
+        rate, rate_w = self.rate
+        far, far_w = self.options.far
+        error = math.hypot(ex, ey)
+        if error > far:
+            rate *= error / far
+        c = pull if pull * error <= rate else rate / error
         ax = gain * (velocity[0] + c * ex - wx)
         ay = gain * (velocity[1] + c * ey - wy)
-        size, most = math.hypot(ax, ay), opt.acceleration[0] * dt
+        size = math.hypot(ax, ay)
         if size > most:
             ax, ay = ax * most / size, ay * most / size
 
-        rate = self.rate[1] if abs(ew) <= opt.far[1] else self.rate[1] * abs(ew) / opt.far[1]
-        aw = gain * (velocity[2] + min(max(pull * ew, -rate), rate) - ww)
-        most = opt.acceleration[1] * dt
-        aw = min(max(aw, -most), most)
+        if abs(ew) > far_w:
+            rate_w *= abs(ew) / far_w
+        cw = pull * ew
+        cw = rate_w if cw > rate_w else -rate_w if cw < -rate_w else cw
+        aw = gain * (velocity[2] + cw - ww)
+        aw = most_w if aw > most_w else -most_w if aw < -most_w else aw
 
-        new = [wx + ax, wy + ay, ww + aw]
-        self.pose = [
-            p[0] + half * (v[0] + new[0]),
-            p[1] + half * (v[1] + new[1]),
-            p[2] + half * (v[2] + new[2]),
-        ]
-        self.velocity = new
+        nx, ny, nw = wx + ax, wy + ay, ww + aw
+        self.pose = [p[0] + half * (vx + nx), p[1] + half * (vy + ny), p[2] + half * (vw + nw)]
+        self.velocity = [nx, ny, nw]
         self.offset = [ex - half * ax, ey - half * ay, ew - half * aw]
+
+    def _tune(self, dt: float) -> None:
+        """Constants of the law for ticks of ``dt`` [s]."""
+        o = self.options
+        k = 2.0 * o.frequency
+        pull = min(0.25 * k, 0.5 / dt)  # however coarse the ticks, never past the target
+        gain = -math.expm1(-k * dt)
+        self._dt = dt
+        self._law = (0.5 * dt, pull, gain, o.acceleration[0] * dt, o.acceleration[1] * dt)
