@@ -15,7 +15,9 @@ NEVER = 1e6
 """Age of an input that never came [s]; finite, so that it passes the wire."""
 
 REPEATS = 4
-"""Unchanged odometry values from which on an axis is taken to rest."""
+"""An axis is taken to rest after so many unchanged odometry values ..."""
+CROSSING = 1.0
+"""... if at its velocity it takes longer than this to cross a step of the odometry [s]."""
 
 
 @dataclass(frozen=True)
@@ -50,18 +52,18 @@ def covariance_in_O(
     """Covariance (6, 6) of (X_OB, V_OB_O) as reported.
 
     At rest, odometry repeats one rounded value: its error is a constant that no averaging removes,
-    yet each repetition makes the filter surer. So on an axis that repeats, the reported deviation
+    yet each repetition makes the filter surer. So on an axis at rest, the reported deviation
     has a floor (a uniform error has q / sqrt(12) = 0.29 q). The filter itself is left
     alone: a floor inside it costs accuracy in heading. What the output has still to feed in counts
     as error too.
 
     Args:
-        x: state (12).
-        P: its covariance (12, 12).
+        x: state (14).
+        P: its covariance (14, 14).
         repeats: how often x, y, heading of odometry came unchanged (3).
         resolution: q of x, y [m] and heading [rad].
         offset: filter minus output [m, m, rad].
-        floor: least deviation of an axis that repeats, in steps of its resolution.
+        floor: least deviation of an axis at rest, in steps of its resolution.
     """
     c, s = math.cos(x[2]), math.sin(x[2])
     vx, vy = x[3], x[4]
@@ -71,8 +73,9 @@ def covariance_in_O(
     j[4, 2], j[4, 3], j[4, 4] = c * vx - s * vy, s, c
     out = j @ P @ j.T
     out = 0.5 * (out + out.T)
+    velocity = (c * vx - s * vy, s * vx + c * vy, x[5])
     for i in range(3):
-        if repeats[i] >= REPEATS:
+        if repeats[i] >= REPEATS and abs(velocity[i]) * CROSSING < resolution[i]:
             out[i, i] = max(out[i, i], (floor * resolution[i]) ** 2)
     e = np.asarray(offset)
     out[:3, :3] += np.outer(e, e)

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 COLOURS = {
     "ekf": "#1f4e9c",
     "exact": "#2e7d32",
+    "exact_smooth": "#7fbf7b",
     "smoother": "#8bc34a",
     "hold": "#777777",
     "taylor1": "#e08a1e",

@@ -7,12 +7,13 @@ over a box: ``rate(t) = scale * (T(t - d) - T(t - d - box)) / box + constant``.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import minimize
 
-from observer.logs.delay import EARLIEST, LATEST
+from observer.logs.delay import EARLIEST, LATEST, SURE
 from observer.logs.figure import Figure, untold
 from observer.logs.increments import Noise, Turns, of_rate, regress
 from observer.logs.series import Curve, touches
@@ -85,6 +86,10 @@ def fit_average(t: Array, rate: Array, turned: Curve, holes: list[tuple[float, f
     sharp = minimize(
         lambda m: squares(h, m[0])[0], [plain[1]], method="Nelder-Mead", options={"xatol": 1e-4}
     )
+    surely = regress(of_rate(t, rate, box, -box / 2.0), turned, middle, Noise(0.0, 1.0))
+    if not surely.scale > SURE * surely.scale_sigma:
+        none = untold("too little turning")
+        return Average(none, none, np.nan, np.nan, np.nan)
     best_plain, plain_at = squares(h, float(sharp.x[0])), float(sharp.x[0])
     if least > BETTER * best_plain[0] or box < 2.0 * h:
         return Average(
@@ -110,9 +115,8 @@ def _around(box: float, middle: float) -> Array:
     )
 
 
-def _sigma(cost: object, at: float, n: int) -> float:
+def _sigma(cost: Callable[[float], float], at: float, n: int) -> float:
     """Standard deviation from how fast a mean square rises about its least value."""
-    assert callable(cost)
     low, middle, high = cost(at - SHARPER), cost(at), cost(at + SHARPER)
     curvature = (low - 2.0 * middle + high) / SHARPER**2
     return float(np.sqrt(2.0 * middle / n / curvature)) if curvature > 0.0 else float("nan")

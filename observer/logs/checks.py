@@ -89,7 +89,8 @@ def _gravity(imu: Samples, table: ImuColumns, problems: Problems) -> Array | Non
     f = np.median(imu.values[:, 3:], axis=0)
     size = float(np.linalg.norm(f))
     share = size / GRAVITY
-    if share < LIGHT:
+    in_g = HEAVY[0] <= size <= HEAVY[1]
+    if share < LIGHT and not in_g:
         if table.up is None and table.rotation is None:
             problems.error(
                 f"imu: accelerometer reads {size:.3g} m/s^2 at most times: gravity has been taken"
@@ -100,7 +101,7 @@ def _gravity(imu: Samples, table: ImuColumns, problems: Problems) -> Array | Non
         return axis_vector(table.up) if table.up else None
     if not HEAVY[0] <= share <= HEAVY[1]:
         read = f"imu: accelerometer reads {size:.4g} m/s^2 at most times, not 9.81: "
-        if HEAVY[0] <= size <= HEAVY[1]:
+        if in_g:
             problems.error(read + 'is it in g? accel_unit = "g"')
         elif HEAVY[0] <= size / 1000.0 <= HEAVY[1]:
             problems.error(read + 'is it in mg? accel_unit = "mg"')

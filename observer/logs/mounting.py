@@ -8,6 +8,7 @@ by a factor whose angle is how far the unit is turned about the vertical.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -23,6 +24,7 @@ from observer.logs.recording import Samples
 from observer.logs.series import touches
 from services.messages import Array
 
+Squares = Callable[[float], tuple[complex, Array]]
 Complex = NDArray[np.complexfloating[Any, Any]]
 
 BAND = (0.1, 1.0)
@@ -151,8 +153,7 @@ def _acceleration(
     return CubicSpline(t, _band(a, top)), CubicSpline(s, _band(about, top))
 
 
-def _delay(lags: Array, costs: Array, k: int, squares: object, effective: float) -> Figure:
-    assert callable(squares)
+def _delay(lags: Array, costs: Array, k: int, squares: Squares, effective: float) -> Figure:
     away = np.abs(lags - lags[k]) > 0.25
     unit = costs[k] / (2.0 * effective * len(squares(0.0)[1]))
     if k in (0, len(lags) - 1) or float(np.min(costs[away])) - costs[k] < RIVAL * unit:

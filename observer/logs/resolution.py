@@ -12,6 +12,8 @@ SHARE = 0.99
 """... for this share of the values."""
 FEWEST = 6
 """Different values without which nothing can be told."""
+MOST_PARTS = 4
+"""Steps that the two nearest values may be apart."""
 FINEST = 1e-9
 """Smaller differences are the arithmetic's."""
 
@@ -33,28 +35,32 @@ def resolution(values: Array) -> float | None:
     apart = apart[apart > FINEST]
     if len(apart) < FEWEST - 1:
         return None
-    least = float(np.min(apart))
-    # of a rounded value, neighbours lie one step apart, up to what was lost in writing them down
-    near = apart[apart < 1.5 * least]
-    if len(near) < 2 and len(apart) > 20:
-        return 0.0
-    step = float(np.median(near))
-    step = _polished(different, step)
-    off = (values - values[0]) / step
-    off = np.abs(off - np.round(off))
-    return step if float(np.mean(off < GRIDLIKE)) >= SHARE else 0.0
+    # neighbours lie a whole number of steps apart: mostly one, where values are dense
+    for parts in range(1, MOST_PARTS + 1):
+        step = _polished(different, apart, float(np.min(apart)) / parts)
+        off = (different - different[0]) / step
+        if float(np.mean(np.abs(off - np.round(off)) < GRIDLIKE)) >= SHARE:
+            return step
+    return 0.0
 
 
-def _polished(different: Array, step: float) -> float:
-    """The step that fits all values: counted over ever longer distances."""
-    reach = 8
-    span = float(different[-1] - different[0])
+def _polished(different: Array, apart: Array, step: float) -> float:
+    """The step that fits all values: counted over ever longer distances.
+
+    Args:
+        different: values, ascending (n,).
+        apart: distances of neighbours (n - 1,).
+        step: first guess.
+    """
+    near = apart[apart < 10.5 * step]
+    counts = np.round(near / step)
+    step = float(counts @ near / (counts @ counts))
+    reach, span = 32.0, float(different[-1] - different[0])
+    away = different - different[0]
     while reach * step < 4.0 * span:
-        counts = np.round((different - different[0]) / step)
-        use = counts <= reach
-        if use.sum() > 1 and counts[use].any():
-            step = float(
-                counts[use] @ (different[use] - different[0]) / (counts[use] @ counts[use])
-            )
-        reach *= 4
+        counts = np.round(away / step)
+        use = (counts <= reach) & (counts > 0)
+        if use.any():
+            step = float(counts[use] @ away[use] / (counts[use] @ counts[use]))
+        reach *= 4.0
     return step

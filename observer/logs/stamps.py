@@ -97,14 +97,13 @@ def in_order(rows: Rows, second: float, where: str, problems: Problems) -> Rows:
             f" dropped (first in row {rows.rows[same][0]})",
         )
         rows = rows.keep(~same)
-    stamps = rows.values[:, 0]
-    keep = longest_increase(stamps)
-    _restarts(keep, rows, second, where, problems)
-    step = np.diff(stamps, prepend=stamps[:1] - 1.0)
-    equal = ~keep & (step == 0.0)
-    of = len(stamps)
+    of = len(rows.rows)
+    equal = np.diff(rows.values[:, 0], prepend=np.nan) == 0.0
     problems.dropped(where, "stamp equal to the one before", rows.rows[equal].tolist(), of)
-    wrong = rows.rows[~keep & ~equal].tolist()
+    rows = rows.keep(~equal)
+    keep = longest_increase(rows.values[:, 0])
+    _restarts(keep, rows, second, where, problems)
+    wrong = rows.rows[~keep].tolist()
     problems.dropped(where, "stamps go backwards or leap", wrong, of)
     rows = rows.keep(keep)
     return _one_time(rows, second, where, problems)

@@ -14,6 +14,8 @@ RIGHT_NIS = 3.0
 """Mean of the normalised innovation squared of three components, if the filter is right."""
 NIS_BAND = (0.5, 1.5)
 """Factors on it that are no worry."""
+WRITTEN = 2e-5
+"""A finer step is that of the digits in the file [m] or [rad]."""
 SCATTER = 0.004
 """Scatter of odometry worth a warning [m]."""
 OFF = 0.005
@@ -85,10 +87,10 @@ def about_wheels(found: Diagnosis) -> Iterable[Verdict]:
         return
     x, y, heading = wheels.resolution
     parts = []
-    if x or y:
+    if max(x or 0.0, y or 0.0) > WRITTEN:
         parts.append(f"{1e3 * max(x or 0.0, y or 0.0):.3g} mm")
-    if heading:
-        parts.append(f"{math.degrees(heading):.3g} deg")
+    if (heading or 0.0) > WRITTEN:
+        parts.append(f"{math.degrees(heading or 0.0):.3g} deg")
     if parts:
         yield Verdict("note", "rounding", "odometry is rounded to " + " and ".join(parts))
     elif x is not None or heading is not None:

@@ -36,6 +36,7 @@ from observer.observer_options import make_filter
 from services.cli import app
 from services.messages import BaseCommand, Imu, Odometry
 from services.observer_bench import Job, run_job
+from services.observer_bench_plots import COLOURS
 
 runner = CliRunner()
 
@@ -441,6 +442,11 @@ def test_goals_are_met_or_missed() -> None:
     assert (a.met, b.met, c.met, d.met, e.met) == (True, False, True, False, None)
     assert (b.value, b.where, b.missed, b.rows) == (3.0, "drive 20 Hz", ("drive 20 Hz",), 2)
     assert d.value == 2.5 and d.bounds == (2.54, 3.50)
+
+
+def test_every_estimator_has_a_colour() -> None:
+    """Pictures can show whoever is compared."""
+    assert set(COLOURS) == set(ESTIMATORS)
 
 
 def test_command(tmp_path: Path) -> None:
