@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
-from observer.logs.assumptions import IMU, ODOMETRY, PLATFORM
 from deploy.robot import MobileBase
+from observer.logs.assumptions import IMU, ODOMETRY, PLATFORM
 from observer.logs.recording import Recording, Samples
 from services.messages import Array
 
@@ -31,7 +31,13 @@ class Course:
 
 
 def course(
-    seed: int, seconds: float, yaw: float = 0.3, speed: float = 0.4, sideways: float = 0.0
+    seed: int,
+    seconds: float,
+    yaw: float = 0.3,
+    speed: float = 0.4,
+    sideways: float = 0.0,
+    turning: float = 0.0,
+    stops: tuple[tuple[float, float], ...] = (),
 ) -> Course:
     """A random smooth course.
 
@@ -41,6 +47,8 @@ def course(
         yaw: yaw rate, root mean square [rad/s].
         speed: mean speed ahead [m/s]; it varies by a third.
         sideways: speed sideways, root mean square [m/s].
+        turning: mean yaw rate [rad/s].
+        stops: (start, end) of stands [s]; it slows down for half a second before and after.
     """
     rng = np.random.default_rng(seed)
     t = np.arange(0.0, seconds, GRID)
@@ -51,8 +59,12 @@ def course(
         parts = np.sin(2 * np.pi * f[:, None] * t + rng.uniform(0, 6.28, 12)[:, None])
         return size * parts.sum(axis=0) / np.sqrt(6.0)
 
-    w = wander(yaw)
-    vx, vy = speed + wander(speed / 3.0 + 0.1 * (sideways > 0)), wander(sideways)
+    going = np.ones_like(t)
+    for start, end in stops:
+        going *= np.clip(np.maximum(start - t, t - end) / 0.5, 0.0, 1.0)
+    w = going * (turning + wander(yaw))
+    vx = going * (speed + wander(speed / 3.0 + 0.1 * (sideways > 0)))
+    vy = going * wander(sideways)
     heading = cumulative_trapezoid(w, dx=GRID, initial=0.0) + 0.3
     c, s = np.cos(heading), np.sin(heading)
     velocity = np.stack([c * vx - s * vy, s * vx + c * vy], axis=1)
