@@ -12,6 +12,7 @@ from observer.logs.figure import Figure
 from observer.logs.increments import Noise, Turns
 from observer.logs.rest import Stand
 from observer.logs.series import Curve
+from services.messages import Array
 
 CERTAIN = 7.0
 """Standard deviations from which a change is one: many instants are tried."""
@@ -19,6 +20,8 @@ WORTH = 5e-4
 """Change that is worth saying [rad/s]."""
 EVERY = 0.5
 """Instants that are tried [s]."""
+TRIED = 200
+"""No more than so many at first; then finer about the best."""
 EDGE = 3.0
 """Not so near the ends of the log [s]."""
 MOST = 3
@@ -70,34 +73,47 @@ def steps_in_motion(
     a, b = a[keep], b[keep]
     columns = np.stack([gyro(b) - gyro(a), b - a, turns.turned], axis=1)
     w = noise.whiten(turns, columns)
-    instants = np.arange(float(a[0]) + EDGE, float(b[-1]) - EDGE, EVERY)
+
+    def ramps(instants: Array) -> Array:
+        """What a bias that steps up at each instant (m,) adds to the turns, whitened (n, m)."""
+        up = np.maximum(b[:, None] - instants, 0.0) - np.maximum(a[:, None] - instants, 0.0)
+        return noise.whiten(turns, up)
+
+    first, last = float(a[0]) + EDGE, float(b[-1]) - EDGE
+    if last <= first:
+        return []
+    instants = np.linspace(first, last, min(max(round((last - first) / EVERY), 2), TRIED))
+    coarse = ramps(instants)
     known, y = w[:, :2], w[:, 2]
     out: list[Step] = []
     for _ in range(MOST):
+        k = _best(known, y, coarse)[0]
+        width = float(instants[1] - instants[0])
+        fine = np.linspace(instants[k] - width, instants[k] + width, 21)
+        steps = ramps(fine)
+        k, size, gain = _best(known, y, steps)
         q, r = np.linalg.qr(known)
         left = y - q @ (q.T @ y)
-        best: tuple[float, float, float] | None = None
-        for at in instants:
-            ramp = np.maximum(b - at, 0.0) - np.maximum(a - at, 0.0)
-            column = noise.whiten(turns, ramp[:, None])[:, 0]
-            own = column - q @ (q.T @ column)
-            power = float(own @ own)
-            if power < 1e-9 * float(column @ column) + 1e-12:
-                continue
-            size = float(own @ left) / power
-            gain = size * size * power
-            if best is None or gain > best[0]:
-                best = (gain, at, size)
-        if best is None:
-            break
-        gain, at, size = best
         unit = (float(left @ left) - gain) / max(len(y) - known.shape[1] - 1, 1)
         scale = float(np.linalg.solve(r, q.T @ y)[0])
-        sigma = abs(size) * math.sqrt(unit / max(gain, 1e-300)) * inflation
-        if abs(size) < max(CERTAIN * sigma, WORTH):
+        sigma = abs(size) * math.sqrt(max(unit, 0.0) / max(gain, 1e-300)) * inflation
+        if not abs(size) > max(CERTAIN * sigma, WORTH):
             break
-        out.append(Step(float(at), Figure(-size / scale, sigma / abs(scale)), standing=False))
-        ramp = np.maximum(b - at, 0.0) - np.maximum(a - at, 0.0)
-        known = np.column_stack([known, noise.whiten(turns, ramp[:, None])])
-        instants = instants[np.abs(instants - at) > EDGE]
+        out.append(Step(float(fine[k]), Figure(-size / scale, sigma / abs(scale)), standing=False))
+        known = np.column_stack([known, steps[:, k]])
+        apart = np.abs(instants - fine[k]) > EDGE
+        instants, coarse = instants[apart], coarse[:, apart]
+        if len(instants) < 2:
+            break
     return sorted(out, key=lambda step: step.at)
+
+
+def _best(known: Array, y: Array, columns: Array) -> tuple[int, float, float]:
+    """Which of the columns (n, m) explains most beyond ``known``: index, factor, squares less."""
+    q, _ = np.linalg.qr(known)
+    own = columns - q @ (q.T @ columns)
+    power = np.sum(own**2, axis=0)
+    there = power > 1e-9 * np.sum(columns**2, axis=0) + 1e-12
+    size = np.where(there, own.T @ y / np.where(there, power, 1.0), 0.0)
+    k = int(np.argmax(size**2 * power))
+    return k, float(size[k]), float(size[k] ** 2 * power[k])

@@ -27,6 +27,8 @@ from observer.logs.trust import trusted
 
 __all__ = ["Diagnosis", "Wheels", "diagnose"]
 
+FEWEST = 10
+"""Samples below which a sensor tells nothing."""
 LONG = 5.0
 """A step of odometry over this many periods says nothing of the motion within."""
 HOLE = 0.15
@@ -46,8 +48,15 @@ def diagnose(recording: Recording) -> Diagnosis:
     r = recording
     named = {"odometry": r.odometry, "speeds": r.speeds, "imu": r.imu}
     named |= {"commands": r.commands, "reference": r.reference}
-    sensors = {name: s for name, s in named.items() if s is not None and len(s) > 3}
-    found = Diagnosis(r.name, {name: timing(s) for name, s in sensors.items()})
+    present = {name: s for name, s in named.items() if s is not None}
+    sensors = {name: s for name, s in present.items() if len(s) >= FEWEST}
+    found = Diagnosis(
+        name=r.name,
+        timing={name: timing(s) for name, s in sensors.items()},
+        short=tuple(name for name in present if name not in sensors),
+    )
+    if "odometry" not in sensors and "speeds" not in sensors:
+        return replace(found, because="there is nothing of the wheels")
     if "odometry" in sensors:
         found = replace(found, wheels=_wheels(sensors["odometry"]))
     if "imu" in sensors:

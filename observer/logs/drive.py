@@ -84,7 +84,7 @@ def fit_drive(
     if len(a) < 50 or not told.any():
         none = untold("too few commands that move the platform")
         return Drive(none, none)
-    power = np.mean(speed**2, axis=0)
+    power = np.maximum(np.mean(speed**2, axis=0), 1e-12)
 
     def left(lag: float, dead: float) -> Array:
         """What a drive does not explain of the speeds, (n, 3)."""

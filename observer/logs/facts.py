@@ -41,6 +41,7 @@ class Diagnosis:
     Attributes:
         name: of the recording.
         timing: by sensor.
+        short: sensors with too few samples to tell anything.
         wheels: odometry by itself.
         inertial: the IMU by itself, and its mounting.
         pose: heading of odometry against the gyro.
@@ -59,6 +60,7 @@ class Diagnosis:
 
     name: str
     timing: dict[str, Timing]
+    short: tuple[str, ...] = ()
     wheels: Wheels | None = None
     inertial: Inertial | None = None
     pose: TurnFit | None = None

@@ -106,7 +106,7 @@ def look(
     total = float(np.sum(np.abs(f) ** 2))
     k = int(np.argmin(costs))
     moved = float(np.sqrt(np.mean(np.abs(pose(t)[keep] + about) ** 2)))
-    if 1.0 - costs[k] / total < LIKELY:
+    if not costs[k] < (1.0 - LIKELY) * total:
         why = f"too little motion: odometry accelerates by {moved:.2g} m/s^2 rms"
         return Looking(untold(why), untold(why), moved=moved)
     late = _delay(lags, costs, k, squares, effective)

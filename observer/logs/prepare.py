@@ -51,9 +51,15 @@ def prepare(recording: Recording, diagnosis: Diagnosis) -> Recording:
     Args:
         recording: as loaded.
         diagnosis: of it.
+
+    Returns:
+        The new recording; the same one if there is nothing of the wheels.
     """
+    if not {"odometry", "speeds"} & set(diagnosis.timing):
+        return recording
     auto = auto_of(recording)
     odometry, speeds, imu = recording.odometry, recording.speeds, recording.imu
+    odometry = None if "odometry" in diagnosis.short else odometry
     early = Figure(0.0, 0.0)
     if odometry is not None and "odometry.delay" in auto:
         late = diagnosis.odometry_delay

@@ -103,7 +103,7 @@ def stands(
                 start=start,
                 end=end,
                 gyro_bias=float(np.mean(gyro)) - turned / long,
-                sigma=math.hypot(sd / math.sqrt(len(part)), noise / long),
+                sigma=max(math.hypot(sd / math.sqrt(len(part)), noise / long), 1e-7),
                 gyro_noise=sd,
                 accel_noise=math.sqrt(0.5 * sum(_detrended(force[:, i]) ** 2 for i in (0, 1))),
                 force=np.mean(force, axis=0),

@@ -22,6 +22,8 @@ DRIFTS = 0.005
 
 def about_timing(found: Diagnosis) -> Iterable[Verdict]:
     """Rates, gaps and latencies."""
+    for name in found.short:
+        yield Verdict("warning", "too-short", f"{name} has too few samples to tell anything")
     for name, t in found.timing.items():
         if t.gaps:
             start, end = max(t.gaps, key=lambda gap: gap[1] - gap[0])

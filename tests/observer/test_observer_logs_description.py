@@ -10,6 +10,7 @@ import pytest
 from deploy.tomlfile import BadFile
 from observer.logs.description import load_recording
 from observer.logs.log import Log
+from observer.logs.problems import Problems
 from observer.logs.recording import Recording
 from tests.observer.logs_files import (
     IMU,
@@ -26,7 +27,7 @@ from tests.observer.logs_motion import course, logged
 @pytest.fixture(scope="module")
 def recording() -> Recording:
     """Half a minute of a random course."""
-    return logged(course(1, 30.0), 1)
+    return logged(course(1, 20.0), 1)
 
 
 @pytest.fixture
@@ -326,14 +327,13 @@ def test_gravity_taken_out_needs_a_mounting(path: Path, recording: Recording) ->
     assert "gravity has been taken out of the accelerometer" in said(load_recording(path))
 
 
-def test_findings_beyond_twenty_are_counted(tmp_path: Path, recording: Recording) -> None:
-    """A wholly wrong description is not a flood."""
-    toml = "".join(
-        f'[{name}]\nfile = "{name}.csv"\ntime = "t"\nvx = "x"\nw = "w"\n'
-        for name in ("speeds", "commands")
-    )
-    names = [f'"c{k}"' for k in range(6)]
-    toml += f'[imu]\nfile = "odom.csv"\ntime = "t"\ngyro = [{", ".join(names[:3])}]\n'
-    toml += f"accel = [{', '.join(names[3:])}]\n"
-    text = refused(write_log(tmp_path, odometry_columns(recording), None, toml))
-    assert text.count("\n") == 7 and "speeds.csv: no such file" in text
+def test_findings_beyond_twenty_are_counted() -> None:
+    """A wholly wrong log is no flood; the same finding twice is one."""
+    problems = Problems(Path("log.toml"))
+    problems.raise_if_any()
+    for k in range(25):
+        problems.error(f"finding {k}")
+        problems.error(f"finding {k}")
+    with pytest.raises(BadFile) as caught:
+        problems.raise_if_any()
+    assert len(caught.value.findings) == 21 and caught.value.findings[-1] == "and 5 more"

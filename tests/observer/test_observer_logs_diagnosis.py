@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -200,17 +201,18 @@ def test_a_found_delay_is_taken_off_the_stamps() -> None:
     assert abs(diagnose(ready).odometry_delay.otherwise(9.0)) < 1e-3
 
 
-@pytest.mark.parametrize("size", [0.3, -0.1])
+@pytest.mark.parametrize("size", [-0.1])
 def test_a_bias_that_moves_is_seen_in_motion(size: float) -> None:
     """0.1 deg/s at 41 s, in a robot that never stands: instant and size; nothing where it stays."""
-    r = logged(course(3, 80.0), 5)
+    r = logged(course(3, 60.0), 5)
     assert r.imu is not None
     assert not diagnose(r).bias_steps
     r.imu.values[:, 2] += math.radians(size) * (r.imu.t > 41.0)
-    (step,) = diagnose(r).bias_steps
+    found = diagnose(r)
+    (step,) = found.bias_steps
     assert step.at == pytest.approx(41.0, abs=1.0)
     assert step.size.otherwise(9.0) == pytest.approx(math.radians(size), abs=2e-4)
-    assert any("gyro bias moved by" in v.text for v in verdicts(diagnose(r)))
+    assert any(f"moved by {size:+.2f} deg/s at 41 s" in v.text for v in verdicts(found))
 
 
 def test_bias_and_noise_at_rest() -> None:
@@ -303,6 +305,24 @@ def test_gaps_leaps_and_repetitions_are_said() -> None:
     assert "odometry pauses once for 1." in text
     assert "odometry leaps by 0.5" in text
     assert "% of poses repeat the one before in full motion" in text
+
+
+def test_no_recording_is_too_short_or_too_dull() -> None:
+    """Few samples, constant ones, sensors that are missing: always a diagnosis, never a fault."""
+    whole = logged(course(15, 12.0), 11)
+    assert whole.odometry is not None and whole.imu is not None
+    rng = np.random.default_rng(4)
+    for _ in range(30):
+        parts = []
+        for sensor in (whole.odometry, whole.imu):
+            n = int(rng.choice([0, 1, 5, 11, 60, len(sensor)]))
+            values = sensor.values[:n] * rng.choice([0.0, 1.0])
+            parts.append(Samples(sensor.t[:n], sensor.arrival[:n], values) if n else None)
+        as_speeds = rng.random() < 0.3
+        r = Recording("short", BASE, *((None, parts[0]) if as_speeds else (parts[0], None)))
+        r = replace(r, imu=parts[1], commands=r.odometry, reference=r.odometry)
+        found = diagnose(r)
+        assert verdicts(found) is not None and prepare(r, found).base is not None
 
 
 @pytest.mark.parametrize("step", [1e-3, 0.02, math.radians(0.1)])
