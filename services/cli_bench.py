@@ -16,7 +16,7 @@ from rich.table import Table
 
 from services import cli_bench_observer
 from services.cli_common import Json, console, fail
-from services.evaluation import DRAWING_FIGURES, ESTIMATE_FIGURES
+from services.evaluation import DRAWING_FIGURES, ESTIMATE_FIGURES, PEN_FIGURES
 
 bench = typer.Typer(
     help="Benchmarks; --json for scripts.", no_args_is_help=True, rich_markup_mode=None
@@ -30,7 +30,7 @@ CASES = (
     ("whiteboard_moving", "taylor"),
     ("whiteboard_moving", "hold"),
 )
-FIGURES = (*DRAWING_FIGURES, *ESTIMATE_FIGURES, "realtime_factor")
+FIGURES = (*DRAWING_FIGURES, *ESTIMATE_FIGURES, *PEN_FIGURES, "realtime_factor")
 bench.command(name="observer")(cli_bench_observer.observer)
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from deploy.task import BoardPose
 from services.messages import ArmStatus
 from services.runlog import RunLog
 from services.topics import ARM_COMMAND, ARM_STATUS, ESTIMATE, TRUTH
@@ -24,6 +25,7 @@ DRAWING_FIGURES = (
     "torque_step_fraction",
 )
 ESTIMATE_FIGURES = ("estimate_rms_mm", "estimate_rms_deg", "estimate_max_step_mm_per_ms")
+PEN_FIGURES = ("estimate_at_pen_rms_mm", "line_over_estimate")
 
 FORCE_WINDOW = 20
 """Force is judged on its mean over this many ticks of 1 ms."""
@@ -164,6 +166,43 @@ def estimate_figures(log: RunLog) -> dict[str, float | None]:
         "estimate_rms_deg": float(np.degrees(rms(error[:, 2]))),
         "estimate_max_step_mm_per_ms": 1e3 * float(np.hypot(steps[:, 0], steps[:, 1]).max()),
     }
+
+
+def pen_figures(log: RunLog, board: BoardPose) -> dict[str, float | None]:
+    """What the estimate's error alone does to the line, and the line's error over it.
+
+    An arm that follows the estimate perfectly puts the pen where the platform's pose error carries
+    it: dp = -(e + e_heading z x (p - p_B)). Of that, what lies in the board and across the path is
+    error of the line.
+
+    Args:
+        log: of a run.
+        board: X_WS, of which the horizontal axis matters.
+    """
+    truth, estimates = log.series(TRUTH), log.series(ESTIMATE)
+    strokes = [s for s in strokes_of(log) if s.touching.any()]
+    if not strokes or len(estimates) < 2:
+        return dict.fromkeys(PEN_FIGURES)
+    ts = np.array([x.t for x in truth])
+    poses = np.array([x.pose for x in truth])
+    rates = np.array([x.velocity for x in truth])
+    te = np.array([e.t for e in estimates])
+    believed = np.array([e.pose for e in estimates])
+    moving = np.array([e.velocity for e in estimates])
+    R, p = board.rotation(), board.position()
+    across, contour = [], []
+    for s in strokes:
+        true = hermite(s.t, ts, poses, rates)
+        error = hermite(s.t, te, believed, moving) - true
+        pen = p[:2] + s.drawn[:, :1] * R[:2, 0]  # on the board; heights play no part
+        arm = pen - true[:, :2]
+        moved = -error[:, :2] - error[:, 2:] * np.column_stack([-arm[:, 1], arm[:, 0]])
+        tangent = np.gradient(s.intended, axis=0)
+        length = np.maximum(np.hypot(*tangent.T), 1e-12)
+        across.append(((moved @ R[:2, 0]) * tangent[:, 1] / length)[s.touching])
+        contour.append(s.contour_error())
+    at_pen, line = 1e3 * rms(np.concatenate(across)), 1e3 * rms(np.concatenate(contour))
+    return {"estimate_at_pen_rms_mm": at_pen, "line_over_estimate": line / max(at_pen, 1e-6)}
 
 
 def torque_step_fraction(log: RunLog) -> float | None:

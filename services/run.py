@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from services.components import build_service
-from services.evaluation import figures_of
+from services.evaluation import figures_of, pen_figures
 from services.lockstep import TICK, Lockstep
 from services.messages import PROGRAM_ENDED
 from services.provenance import provenance
@@ -73,7 +73,8 @@ def run_lockstep(
         "realtime_factor": simulated / wall,
         "outcome": outcome_of(log),
     }
-    return Run(scenario, log, result | figures_of(log))
+    figures = figures_of(log) | pen_figures(log, scenario.task.board)
+    return Run(scenario, log, result | figures)
 
 
 def outcome_of(log: RunLog) -> str:

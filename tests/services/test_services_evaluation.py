@@ -5,10 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from services.evaluation import axis_ratio, distance_to_path, figures_of, strokes_of
-from services.messages import ArmStatus, Truth
+from services.evaluation import (
+    axis_ratio,
+    distance_to_path,
+    figures_of,
+    pen_figures,
+    strokes_of,
+)
+from deploy.task import BoardPose
+from services.messages import ArmStatus, Estimate, Truth
 from services.runlog import RunLog
-from services.topics import ARM_STATUS, TRUTH
+from services.topics import ARM_STATUS, ESTIMATE, TRUTH
 
 SPEED = 0.04  # [m/s]
 
@@ -46,6 +53,49 @@ def straight(offset: float, pause: float = 0.0, force: float = 1.5) -> RunLog:
             ),
         )  # fmt: skip
     return log
+
+
+def believing(log: RunLog, error: tuple[float, float, float]) -> RunLog:
+    """The same with an estimate that is off by ``error`` [m, m, rad]."""
+    zero = np.zeros(3)
+    for truth in log.series(TRUTH):
+        log(
+            ESTIMATE,
+            Estimate(
+                t=truth.t, pose=np.array(error), velocity=zero, acceleration=zero,
+                covariance=np.eye(6), gyro_bias=0.0, accel_bias=np.zeros(2),
+                odometry_innovation=zero, odometry_nis=0.0, imu_innovation=zero, imu_nis=0.0,
+            ),
+        )  # fmt: skip
+    return log
+
+
+def upright(log: RunLog) -> RunLog:
+    """The same line, turned from right to up."""
+    for s in log.series(ARM_STATUS):
+        for vector in (s.reference, s.reference_velocity):
+            vector[:2] = vector[1], vector[0]
+    for truth in log.series(TRUTH):
+        truth.recent[:, :2] = truth.recent[:, 1::-1]
+    return log
+
+
+@pytest.mark.parametrize(
+    ("error", "moved"),
+    [((0.0, 3e-4, 0.0), 0.3), ((0.0, 0.0, 5e-4), 0.34), ((3e-4, 0.0, 0.0), 0.0)],
+)
+def test_what_the_estimate_does_to_a_line(error: tuple[float, float, float], moved: float) -> None:
+    """Its error sideways, and its heading error times the distance, move an upright line."""
+    figures = pen_figures(believing(upright(straight(3e-4)), error), BoardPose(x=0.68))
+    assert figures["estimate_at_pen_rms_mm"] == pytest.approx(moved, abs=2e-3)
+    if moved:
+        assert figures["line_over_estimate"] == pytest.approx(0.3 / moved, rel=0.01)
+
+
+def test_a_level_line_does_not_show_the_estimate() -> None:
+    """Along the path and into the board, the estimate's error is no error of the line."""
+    figures = pen_figures(believing(straight(2e-4), (0.0, 3e-4, 0.0)), BoardPose())
+    assert figures["estimate_at_pen_rms_mm"] == pytest.approx(0.0, abs=1e-6)
 
 
 def test_a_line_drawn_too_high_has_that_error() -> None:
