@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from deploy.task import BoardPose
 from services.evaluation import (
     axis_ratio,
     distance_to_path,
@@ -12,7 +13,6 @@ from services.evaluation import (
     pen_figures,
     strokes_of,
 )
-from deploy.task import BoardPose
 from services.messages import ArmStatus, Estimate, Truth
 from services.runlog import RunLog
 from services.topics import ARM_STATUS, ESTIMATE, TRUTH
@@ -65,6 +65,7 @@ def believing(log: RunLog, error: tuple[float, float, float]) -> RunLog:
                 t=truth.t, pose=np.array(error), velocity=zero, acceleration=zero,
                 covariance=np.eye(6), gyro_bias=0.0, accel_bias=np.zeros(2),
                 odometry_innovation=zero, odometry_nis=0.0, imu_innovation=zero, imu_nis=0.0,
+                odometry_age=0.0, imu_age=0.0, command_age=0.0,
             ),
         )  # fmt: skip
     return log
