@@ -165,7 +165,7 @@ def _by_gyro(
         fit.scale.value,
         walk,
     )
-    return replace(fit, delay=delay)
+    return replace(fit, delay=delay) if delay.sigma < fit.delay.sigma else fit
 
 
 def _wheels(odometry: Samples) -> Wheels:
