@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.markup import escape
 
-from services import cli_requests, cli_run, doctor, watch
+from services import cli_replay, cli_requests, cli_run, doctor, watch
 from services.cli_bench import bench
 from services.cli_common import Json, Robot, RunDir, console, errors, fail, show_json
 from services.cli_program import program
@@ -30,6 +30,8 @@ app.add_typer(bench, name="bench")
 app.add_typer(cli_requests.arm, name="arm")
 app.add_typer(cli_requests.base, name="base")
 app.command()(cli_run.run)
+app.command()(cli_replay.replay)
+app.command()(cli_replay.tune)
 app.command()(cli_requests.disturb)
 app.command()(watch.watch)
 app.command(name="doctor")(doctor.doctor)

@@ -103,9 +103,15 @@ class Likelihood:
         return self._slopes[key]
 
 
+def by_sensor(given: Measurements, base: MobileBase, start: float) -> dict[str, Innovations]:
+    """Innovations under `STATED` from ``FRESH`` after ``start`` [s] on, by sensor."""
+    found = {k: i.after(start + FRESH) for k, i in innovations(given, base, STATED).items()}
+    return {k: i for k, i in found.items() if len(i)}
+
+
 def counted(given: Measurements, base: MobileBase, start: float) -> Innovations:
-    """Innovations of all sensors from ``FRESH`` after ``start`` [s] on, in one."""
-    found = [i.after(start + FRESH) for i in innovations(given, base, STATED).values()]
+    """The same of all sensors in one."""
+    found = list(by_sensor(given, base, start).values())
     if not found:
         return Innovations(np.zeros(0), np.zeros((0, 3)), np.zeros((0, 3, 3)), np.zeros(0, bool))
     return Innovations(

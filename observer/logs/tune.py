@@ -10,14 +10,15 @@ in place of which it tells nothing.
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import OptimizeResult, minimize
 
 from deploy.robot import MobileBase
-from observer.logs.innovations import innovations, measurements
-from observer.logs.likelihood import STATED, Likelihood, counted
+from observer.logs.innovations import Innovations, measurements
+from observer.logs.likelihood import Likelihood, by_sensor, counted
 from observer.logs.parameters import Parameter, parameters
 from observer.logs.part import cut, liveliest
 from observer.logs.recording import Recording
@@ -41,8 +42,8 @@ class Tuned:
         parameter: which.
         before: as described.
         after: likeliest; as before if the recording does not tell it.
-        deviation: standard deviation of the logarithm of ``after``: 0.1 is 10 %.
-        told: whether the recording tells it.
+        deviation: standard deviation of the logarithm of the likeliest: 0.1 is 10 %.
+        told: whether the recording tells it, or at least that it is larger than described.
     """
 
     parameter: Parameter
@@ -73,13 +74,16 @@ class Tuning:
     span: tuple[float, float]
 
 
-def tune(recording: Recording, seconds: float = 30.0) -> Tuning:
+def tune(recording: Recording, seconds: float = 30.0, keep: Collection[str] = ()) -> Tuning:
     """Find the noise parameters of a platform from the liveliest part of a recording.
 
     Args:
         recording: put right by `observer.logs.verdicts.prepare` or right from the start; delays,
             scales and the mounting of the IMU are taken as its base says.
         seconds: how much of it is used [s]; the time this takes is in proportion.
+        keep: names of parameters that stay as they are. The likelihood takes every error for
+            white: what is wrong in the same way for seconds, like a heading that turns too far, it
+            would take for exact.
 
     Raises:
         ValueError: less than ``SHORTEST`` seconds asked for, fewer than ``FEWEST`` innovations in
@@ -89,7 +93,8 @@ def tune(recording: Recording, seconds: float = 30.0) -> Tuning:
         raise ValueError(f"{seconds:g} s tell no noise from motion: {SHORTEST:g} s at least")
     start, end = liveliest(recording, seconds)
     given = measurements(cut(recording, start, end))
-    base, names = recording.base, parameters(recording)
+    base = recording.base
+    names = [p for p in parameters(recording) if p.name not in keep]
     count = len(counted(given, base, start))
     if count < FEWEST:
         raise ValueError(
@@ -97,26 +102,35 @@ def tune(recording: Recording, seconds: float = 30.0) -> Tuning:
         )
     function = Likelihood(given, base, names, start)
     best, deviation = _largest(function)
-    tuned = []
-    for p, log, sd in zip(names, best, deviation, strict=True):
-        before, told = p.get(base), bool(sd < UNTOLD)
-        if told:
-            base = p.put(base, math.exp(log))
-        tuned.append(Tuned(p, before, p.get(base), float(sd), told))
-    both = recording.base, base
-    sums = [float(counted(given, b, start).log_likelihood.sum()) for b in both]
-    nis = [{k: float(v.nis.mean()) for k, v in innovations(given, b, STATED).items()} for b in both]
+    # what is hardly told may only be raised: noise believed too small costs more than too large
+    told = (deviation < UNTOLD) | (best > function.origin + 2.0 * deviation)
+    fitted = [p for p, known in zip(names, told, strict=True) if known]
+    logs = best[told]
+    if fitted and not told.all():
+        logs, deviation[told] = _largest(Likelihood(given, base, fitted, start), logs)
+    after = base
+    for p, log in zip(fitted, logs.tolist(), strict=True):
+        after = p.put(after, math.exp(log))
+    tuned = [
+        Tuned(p, p.get(base), p.get(after), float(sd), bool(known))
+        for p, sd, known in zip(names, deviation, told, strict=True)
+    ]
+    old, new = (by_sensor(given, b, start) for b in (base, after))
     return Tuning(
-        base,
+        after,
         tuple(tuned),
-        (sums[0], sums[1]),
-        {k: (nis[0][k], nis[1][k]) for k in nis[0]},
+        (_sum(old), _sum(new)),
+        {name: (float(old[name].nis.mean()), float(new[name].nis.mean())) for name in old},
         count,
         (start, end),
     )
 
 
-def _largest(function: Likelihood) -> tuple[Array, Array]:
+def _sum(found: dict[str, Innovations]) -> float:
+    return float(sum(i.log_likelihood.sum() for i in found.values()))
+
+
+def _largest(function: Likelihood, start: Array | None = None) -> tuple[Array, Array]:
     """Logarithms at which the likelihood is largest, and the standard deviation of each."""
 
     def enough(intermediate_result: OptimizeResult) -> None:
@@ -126,7 +140,7 @@ def _largest(function: Likelihood) -> tuple[Array, Array]:
 
     found = minimize(
         function.value,
-        function.origin,
+        function.origin if start is None else start,
         jac=function.slope,
         hess=function.curvature,
         method="trust-exact",

@@ -1,0 +1,199 @@
+"""A recorded log through the observer: the same as on the robot, judged, and tuned by."""
+
+from __future__ import annotations
+
+import json
+import re
+import tomllib
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from observer.logs.recording import Samples
+from observer.logs.run import collect
+from observer.logs.run import replay as run_replay
+from observer.observer import make_observer
+from services.cli import app
+from services.provenance import provenance
+from services.replay import open_recording, recording_of
+from services.replay_pictures import track
+from services.replay_run import AT_ITS_STAMPS, replay_recording
+from services.run import Run, run_lockstep
+from services.runlog import BadLog, RunLog
+from services.topics import ESTIMATE
+from sim.scenario import load_scenario
+
+runner = CliRunner()
+
+
+@pytest.fixture(scope="module")
+def run() -> Run:
+    """Eight seconds of drawing while the platform sways."""
+    return run_lockstep(load_scenario("whiteboard_moving"), 4, duration=8.0)
+
+
+@pytest.fixture(scope="module")
+def folder(run: Run, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The run's folder with its log."""
+    folder = tmp_path_factory.mktemp("runs") / "swaying"
+    folder.mkdir()
+    run.log.write(folder / "run.mcap", provenance(run.scenario, 4, "ekf"))
+    return folder
+
+
+def estimates_of(log: RunLog) -> list:
+    """What the observer said in a run, from the first odometry on."""
+    return [e for e in log.series(ESTIMATE) if e.reason != "no odometry yet"]
+
+
+# --- recordings -----------------------------------------------------------------------------
+
+
+def test_a_replay_says_bit_for_bit_what_the_observer_said_in_the_run(run: Run) -> None:
+    """Arrival times are all it takes: every estimate of the run comes again."""
+    recording = recording_of(run.log, provenance(run.scenario, 4, "ekf"))
+    again = collect(run_replay(recording, make_observer("ekf", recording.base)))
+    said = estimates_of(run.log)
+    n = len(again)  # the log ends before the observer's last ticks
+    assert len(said) - n <= 2
+    np.testing.assert_array_equal(again.t, [e.t for e in said[:n]])
+    np.testing.assert_array_equal(again.pose, [e.pose for e in said[:n]])
+    np.testing.assert_array_equal(again.covariance, [e.covariance for e in said[:n]])
+
+
+def test_so_it_does_from_the_file(run: Run, folder: Path) -> None:
+    """Nothing is lost on the way through the file; a folder stands for the log in it."""
+    recording = open_recording(folder)
+    assert recording.name == "swaying"
+    again = collect(run_replay(recording, make_observer("ekf", recording.base)))
+    said = estimates_of(run.log)[: len(again)]
+    np.testing.assert_array_equal(again.pose, [e.pose for e in said])
+    assert recording.reference is not None
+    assert recording.reference.values.shape[1] == 3
+
+
+def test_files_that_are_no_recording_are_named(folder: Path, tmp_path: Path) -> None:
+    """A missing file, another kind of file, an empty folder, a folder with two logs."""
+    (tmp_path / "notes.txt").write_text("")
+    (tmp_path / "empty").mkdir()
+    two = tmp_path / "two"
+    two.mkdir()
+    for name in ("a.mcap", "b.mcap"):
+        (two / name).touch()
+    for path, said in (
+        (tmp_path / "none.mcap", "no such file"),
+        (tmp_path / "notes.txt", "neither a log"),
+        (tmp_path / "empty", "without a log"),
+        (two, "a.mcap, b.mcap"),
+        (two / "a.mcap", "not a whole log"),
+    ):
+        with pytest.raises(BadLog, match=said):
+            open_recording(path)
+    with pytest.raises(BadLog, match="nothing on robot/odometry"):
+        recording_of(RunLog(), {})
+
+
+# --- replay ---------------------------------------------------------------------------------
+
+
+def test_late_stamps_are_found_and_put_right(run: Run) -> None:
+    """Odometry stamped 40 ms late: the diagnosis says so, and correcting it is worth a lot."""
+    recording = recording_of(run.log, {})
+    o = recording.odometry
+    assert o is not None
+    late = Samples(o.t + 0.04, o.arrival + 0.04, o.values)
+    wrong = replace(recording, odometry=late)
+    mended, kept = replay_recording(wrong), replay_recording(wrong, as_is=True)
+    said = " ".join(v.text for v in mended.verdicts if v.severity == "warning")
+    found = re.search(r"odometry is ([\d.]+) ms late", said)
+    assert found is not None
+    assert float(found[1]) == pytest.approx(40.0, abs=4.0)
+    assert mended.scores["ekf"].position_rms < 1e-3
+    assert kept.scores["ekf"].position_rms > 3.0 * mended.scores["ekf"].position_rms
+
+
+def test_the_observer_beats_its_baselines_on_a_log(folder: Path) -> None:
+    """As in the run: better than odometry when it comes, extrapolated or not."""
+    done = replay_recording(open_recording(folder))
+    rms = {name: s.position_rms for name, s in done.scores.items()}
+    assert set(rms) == {AT_ITS_STAMPS, "ekf", "hold", "taylor"}
+    assert rms["ekf"] < 0.6e-3
+    assert rms["ekf"] < 0.6 * rms["taylor"] < 0.2 * rms["hold"]
+    assert set(done.innovations) == {"odometry", "imu"}
+
+
+def test_without_reference_only_the_filter_is_judged(folder: Path) -> None:
+    """No scores, yet verdicts, consistency and a picture of the way."""
+    done = replay_recording(replace(open_recording(folder), reference=None))
+    assert done.scores == {}
+    assert any("NIS of odometry" in v.text for v in done.verdicts)
+    figure = track(done)
+    assert figure is not None
+    assert len(figure.axes) == 1
+
+
+def test_replay_writes_report_and_pictures(folder: Path, tmp_path: Path) -> None:
+    """The command prints what was found, and leaves it in its folder as data and pictures."""
+    out = tmp_path / "out"
+    result = runner.invoke(app, ["replay", str(folder), "--out", str(out)])
+    assert result.exit_code == 0, result.output
+    for text in ("odometry is on time", "error of the way [mm]", "NIS of imu", "valid 100 %"):
+        assert text in result.output
+    report = json.loads((out / "report.json").read_text())
+    assert {s["track"] for s in report["scores"]} == {AT_ITS_STAMPS, "ekf", "hold", "taylor"}
+    assert report["consistency"]["odometry"]["nis_expected"] == 3
+    for name in ("track", "innovations", "nis", "biases", "delay"):
+        assert (out / f"{name}.png").stat().st_size > 10_000
+
+
+def test_replay_as_json(folder: Path, tmp_path: Path) -> None:
+    """One document, the same as the report, and nothing corrected if so asked."""
+    options = ["--json", "--as-is", "--no-pictures", "--observer", "hold"]
+    result = runner.invoke(app, ["replay", str(folder), *options, "--out", str(tmp_path)])
+    assert result.exit_code == 0, result.output
+    data = json.loads(result.output)
+    assert data["as_is"] is True
+    assert data["observer"] == "hold"
+    assert data == json.loads((tmp_path / "report.json").read_text())
+    assert not list(tmp_path.glob("*.png"))
+
+
+def test_wrong_questions_leave_with_two_and_no_traceback(folder: Path, tmp_path: Path) -> None:
+    """Each is told what is wrong and what is known."""
+    (tmp_path / "file").write_text("")
+    blocked = str(tmp_path / "file" / "out")
+    for command, said in (
+        (["replay", str(tmp_path / "none.mcap")], "no such file"),
+        (["replay", str(tmp_path / "none.toml")], "no such file"),
+        (["replay", str(folder), "--observer", "truth"], "Known: ekf"),
+        (["replay", str(folder), "--out", blocked], "cannot write"),
+        (["tune", str(folder), "--seconds", "2"], "5 or more"),
+        (["tune", str(folder), "--out", blocked], "cannot write"),
+    ):
+        result = runner.invoke(app, command)
+        assert result.exit_code == 2, command
+        assert said in " ".join(result.stderr.split())
+        assert "Traceback" not in result.output
+
+
+# --- tune -----------------------------------------------------------------------------------
+
+
+def test_tune_states_the_noise_and_spoils_nothing(folder: Path, tmp_path: Path) -> None:
+    """The fragment is TOML for robot.toml; the estimate on the log is no worse with it."""
+    file = tmp_path / "tuned.toml"
+    options = ["--seconds", "5", "--json", "--out", str(file)]
+    result = runner.invoke(app, ["tune", str(folder), *options])
+    assert result.exit_code == 0, result.output
+    tuned = tomllib.loads(file.read_text())
+    assert tuned["imu"]["accel_noise"] > 0
+    assert len(tuned["platform"]["disturbance"]) == 3
+    assert "noise" not in tuned.get("odometry", {})  # hidden by rounding
+    data = json.loads(result.output)
+    before, after = data["position_rms_m"]
+    assert after < 1.1 * before
+    assert data["log_likelihood"][1] > data["log_likelihood"][0]
+    assert tomllib.loads(data["toml"]) == tuned
