@@ -53,15 +53,13 @@ def refine(
     lag, width = float(lag), max(4.0 * sigma, 0.003)
     keep = (t - lag - width >= gyro.start) & (t - lag + width <= gyro.end)
     t, heading = t[keep], heading[keep]
-    best = max(
-        ((soft * step, factor * walk) for soft in SOFT for factor in WALKS),
-        key=lambda pair: float(
-            _likelihood(t, heading, step, gyro, np.array([lag]), scale, *pair)[0]
-        ),
-    )
+    soft, walks = (g.ravel() for g in np.meshgrid(step * np.array(SOFT), walk * np.array(WALKS)))
+    tried = _likelihood(t, heading, step, gyro, np.full(len(soft), lag), scale, soft, walks)
+    best = int(np.argmax(tried))
     for _ in range(2):
         lags = lag + np.linspace(-width, width, GRID)
-        found = _likelihood(t, heading, step, gyro, lags, scale, *best)
+        noise = np.full(GRID, soft[best]), np.full(GRID, walks[best])
+        found = _likelihood(t, heading, step, gyro, lags, scale, *noise)
         top = int(np.argmax(found))
         near = slice(max(top - 6, 0), top + 7)
         lag, curvature = bottom(lags[near], -found[near])
@@ -79,10 +77,13 @@ def _likelihood(
     gyro: Curve,
     lags: Array,
     scale: float,
-    soft: float,
-    walk: float,
+    soft: Array,
+    walk: Array,
 ) -> Array:
-    """Log-probability (m,) of all intervals, for each of ``lags`` (m,) [s]."""
+    """Log-probability (m,) of all intervals.
+
+    Each for its own lag (m,) [s], noise before rounding (m,) [rad] and walk (m,) [rad^2/s].
+    """
     turned = gyro(t[:, None] - lags[None, :])
     turned -= turned[:1]
     apart = heading[:, None] - scale * turned  # (n, m)
@@ -91,13 +92,14 @@ def _likelihood(
     x = np.zeros((m, 3))  # drifted apart [rad], error of the scale, rate [rad/s]
     x[:, 0] = apart[0]
     P = np.zeros((m, 3, 3))
-    P[:] = np.diag([step**2 + walk, 0.05**2, 0.02**2])
+    P[:] = np.diag([step**2, 0.05**2, 0.02**2])
+    P[:, 0, 0] += walk
     H = np.ones((m, 3))
     total = np.zeros(m)
     age = t - float(np.mean(t))
-    grown = np.diff(t, prepend=t[:1]) * walk
+    grown = np.diff(t, prepend=t[:1])
     for k in range(len(t)):
-        P[:, 0, 0] += grown[k]
+        P[:, 0, 0] += grown[k] * walk
         H[:, 1], H[:, 2] = about[k], age[k]
         PH = np.einsum("mij,mj->mi", P, H)
         sd = np.sqrt(np.einsum("mi,mi->m", H, PH) + soft * soft)

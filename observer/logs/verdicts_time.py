@@ -63,7 +63,8 @@ def about_delays(found: Diagnosis) -> Iterable[Verdict]:
     """Delays against the IMU's stamps."""
     if found.wheels is not None and "imu" in found.timing:
         yield from _delay("odometry", found.odometry_delay)
-    if found.speeds is not None:
+    averaged = found.average_by_pose or found.average_by_gyro
+    if found.speeds is not None and not (averaged is not None and averaged.box.value):
         yield from _delay("speeds", found.speeds_delay)
     fit = found.pose
     if fit is not None and fit.delay.told and fit.drift.value is not None:
@@ -79,8 +80,9 @@ def about_delays(found: Diagnosis) -> Iterable[Verdict]:
             )
 
 
-def _delay(name: str, delay: Figure) -> Iterable[Verdict]:
-    code = f"{name}-delay"
+def _delay(table: str, delay: Figure) -> Iterable[Verdict]:
+    code = f"{table}-delay"
+    name = "odometry" if table == "odometry" else "wheel speed"
     if delay.value is None:
         yield Verdict(
             "warning",
@@ -95,7 +97,7 @@ def _delay(name: str, delay: Figure) -> Iterable[Verdict]:
         yield Verdict("note", code, f"{name} is on time: {1e3 * delay.value:+.1f} ms {sigma}")
     elif delay.value > 0.0:
         text = f"{name} is {size} ms late {sigma}: it says what the gyro said so long before"
-        yield Verdict("warning", code, text, f"[{name}] delay, or correct its stamps")
+        yield Verdict("warning", code, text, f"[{table}] delay, or correct its stamps")
     else:
         text = f"{name} is {size} ms ahead of the gyro {sigma}: the IMU's stamps are late"
         yield Verdict("warning", code, text, "[imu] delay, or correct its stamps")
