@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from services.messages import Message
 from services.runlog import LogWriter
 from services.service import Inbox, Outbox, Reply
 from services.topics import RECORDER, TOPICS, Topic
@@ -32,6 +34,8 @@ class Recorder:
         self._writer = LogWriter(path, metadata)
         self._count = 0
         self._time = 0.0
+        self._waiting: list[tuple[float, Topic, Message]] = []
+        self._until = -float("inf")
         self.inputs: tuple[Topic, ...] = tuple(
             replace(topic, depth=DEPTH)
             for topic in TOPICS.values()
@@ -39,17 +43,27 @@ class Recorder:
         )
 
     def step(self, now: float, inbox: Inbox) -> Outbox:
-        """Write what arrived; says nothing itself.
+        """Write what arrived until the step before; says nothing itself.
 
         A message arrived when robot time had come as far as the newest stamp heard until then: the
         arm's state says it every millisecond. That holds at whatever pace robot time runs, and our
-        own steps, which are 50 ms apart, do not matter.
+        own steps, which are 50 ms apart, do not matter. Topics are emptied one after the other
+        while others go on arriving; only what is older than the last step is surely complete.
         """
-        for topic, message in inbox.heard():
+        heard = inbox.heard()
+        self._waiting += heard
+        self._waiting.sort(key=lambda item: item[0])  # stable
+        complete = bisect_right(self._waiting, self._until, key=lambda item: item[0])
+        self._write(complete)
+        self._until = max((at for at, _, _ in heard), default=self._until)
+        return []
+
+    def _write(self, count: int) -> None:
+        for _, topic, message in self._waiting[:count]:
             self._time = max(self._time, message.t)
             self._writer.add(topic, message, self._time)
-            self._count += 1
-        return []
+        del self._waiting[:count]
+        self._count += count
 
     def prepare(self, verb: str, args: dict[str, Any]) -> Callable[[], Reply]:
         """The recorder answers no requests."""
@@ -60,7 +74,8 @@ class Recorder:
         return "recording", f"{self._count} messages heard, log {self._writer.path}"
 
     def close(self) -> None:
-        """Finish the file."""
+        """Write what is left and finish the file."""
+        self._write(len(self._waiting))
         self._writer.close()
 
 

@@ -66,8 +66,8 @@ class Inbox:
         unread.clear()
         return out  # type: ignore[return-value]
 
-    def heard(self) -> list[tuple[Topic, Message]]:
-        """Messages of all topics that arrived since the last call, in order of arrival."""
+    def heard(self) -> list[tuple[float, Topic, Message]]:
+        """Messages of all topics since the last call, each with when it arrived [s], unordered."""
         out = [
             (at, self._topics[name], message)
             for name, unread in self._unread.items()
@@ -75,8 +75,7 @@ class Inbox:
         ]
         for unread in self._unread.values():
             unread.clear()
-        out.sort(key=lambda item: item[0])  # stable: of one instant in the order of the topics
-        return [(topic, message) for _, topic, message in out]
+        return out
 
 
 class Service(Protocol):

@@ -76,3 +76,22 @@ def test_the_recorder_tells_arrival_by_the_newest_robot_time(tmp_path: Path) -> 
     log, _ = read_log(tmp_path / "run.mcap")
     assert log.arrivals(ODOMETRY) == [0.030]
     assert log.arrivals(IMU) == [0.029]
+
+
+def test_a_topic_that_is_emptied_late_does_not_run_ahead(tmp_path: Path) -> None:
+    """What arrived while others were being emptied waits for what arrived beside it."""
+    recorder = Recorder(tmp_path / "run.mcap", {})
+    zero = np.zeros(3)
+    first, second = Inbox(recorder.inputs), Inbox(recorder.inputs)
+    first.offer(ODOMETRY, Odometry(t=0.00, pose=zero), 1.00)
+    # emptied last, it had heard until 1.09 when odometry had been emptied at 1.01
+    for tick in range(10):
+        clock = Imu(t=0.01 * tick, gyro=zero, accel=zero)
+        first.offer(IMU, clock, 1.0 + 0.01 * tick)
+    second.offer(ODOMETRY, Odometry(t=0.02, pose=zero), 1.04)
+    recorder.step(0.0, first)
+    recorder.step(0.0, second)
+    recorder.close()
+    log, _ = read_log(tmp_path / "run.mcap")
+    assert log.arrivals(ODOMETRY) == [0.0, 0.04]
+    assert log.arrivals(IMU) == [round(0.01 * tick, 2) for tick in range(10)]
