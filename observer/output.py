@@ -29,8 +29,8 @@ from observer.sensor_models import wrap
 class OutputOptions:
     """Constants of the blend, found by measurement (docs/observer.md)."""
 
-    frequency: float = 90.0
-    """w of the critically damped law [rad/s]."""
+    frequency: tuple[float, float] = (60.0, 45.0)
+    """w of the critically damped law, of translation and of heading [rad/s]."""
     excess: tuple[float, float] = (0.0198, math.radians(1.4))
     """By how much the velocity given out may differ from the true one: translation [m/s], heading
     [rad/s]. A correction gets what the uncertainty of the velocity leaves of it ..."""
@@ -89,7 +89,7 @@ class SmoothOutput:
         """
         if abs(dt - self._dt) > 1e-9:  # sums of periods differ in their last digits
             self._tune(dt)
-        half, pull, gain, most, most_w = self._law
+        half, pull, gain, most, pull_w, gain_w, most_w = self._law
         p, v = self.pose, self.velocity
         vx, vy, vw = v
         wx, wy, ww = vx + increment[0], vy + increment[1], vw + increment[2]
@@ -113,9 +113,9 @@ class SmoothOutput:
 
         if abs(ew) > far_w:
             rate_w *= abs(ew) / far_w
-        cw = pull * ew
+        cw = pull_w * ew
         cw = rate_w if cw > rate_w else -rate_w if cw < -rate_w else cw
-        aw = gain * (velocity[2] + cw - ww)
+        aw = gain_w * (velocity[2] + cw - ww)
         aw = most_w if aw > most_w else -most_w if aw < -most_w else aw
 
         nx, ny, nw = wx + ax, wy + ay, ww + aw
@@ -125,9 +125,11 @@ class SmoothOutput:
 
     def _tune(self, dt: float) -> None:
         """Constants of the law for ticks of ``dt`` [s]."""
-        o = self.options
-        k = 2.0 * o.frequency
-        pull = min(0.25 * k, 0.5 / dt)  # however coarse the ticks, never past the target
-        gain = -math.expm1(-k * dt)
-        self._dt = dt
-        self._law = (0.5 * dt, pull, gain, o.acceleration[0] * dt, o.acceleration[1] * dt)
+        law = [0.5 * dt]
+        for frequency, most in zip(
+            self.options.frequency, self.options.acceleration, strict=True
+        ):
+            # however coarse the ticks, never past the target
+            pull = min(0.5 * frequency, 0.5 / dt)
+            law += [pull, -math.expm1(-2.0 * frequency * dt), most * dt]
+        self._dt, self._law = dt, law
