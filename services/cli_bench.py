@@ -37,7 +37,7 @@ bench.command(name="observer")(cli_bench_observer.observer)
 @bench.command()
 def whiteboard(
     seeds: Annotated[str, typer.Option(help="First and last seed.")] = "100-109",
-    workers: Annotated[int, typer.Option(help="Runs side by side; 1 to measure speed.")] = 1,
+    workers: Annotated[int, typer.Option(min=1, help="Runs side by side; 1 to measure speed.")] = 1,
     json: Json = False,
 ) -> None:
     """Draw standing and moving with every observer; the median over seeds of every figure."""

@@ -12,7 +12,7 @@ from rich.markup import escape
 from rich.progress import track
 from rich.table import Table
 
-from services.cli_common import Json, console, errors, fail, show_json
+from services.cli_common import Json, console, errors, fail, show_json, writing
 
 if TYPE_CHECKING:
     from observer.bench.goals import Verdict
@@ -83,6 +83,9 @@ def observer(
         seed=seed,
         runs=runs,
     )
+    if plots is not None:
+        with writing():  # before the long work
+            plots.mkdir(parents=True, exist_ok=True)
     total = len(jobs(plan))
     scores = measure(
         plan,
@@ -101,7 +104,8 @@ def observer(
     if plots is not None:
         from services.observer_bench_plots import write_plots
 
-        files = write_plots(plots, scores, table, plan)
+        with writing():
+            files = write_plots(plots, scores, table, plan)
         if not json:
             console.print(f"{len(files)} pictures in {plots}", highlight=False)
 

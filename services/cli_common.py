@@ -32,6 +32,15 @@ def fail(text: str, code: int = 1) -> NoReturn:
     raise typer.Exit(code)
 
 
+@contextmanager
+def writing() -> Iterator[None]:
+    """Leave with an error that names the file if something inside cannot be written."""
+    try:
+        yield
+    except OSError as error:
+        fail(f"cannot write to {error.filename}: {error.strerror}", 2)
+
+
 def show_json(value: Any) -> None:
     """Print JSON, one document."""
     typer.echo(json.dumps(value, indent=2, default=_jsonable))

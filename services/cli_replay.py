@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json as jsonlib
 import math
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -12,7 +13,7 @@ from rich.box import SIMPLE_HEAD
 from rich.markup import escape
 from rich.table import Table
 
-from services.cli_common import Json, console, fail
+from services.cli_common import Json, console, fail, writing
 
 if TYPE_CHECKING:
     from observer.logs.facts import Diagnosis
@@ -29,6 +30,9 @@ def replay(
     log: Log,
     out: Annotated[Path | None, typer.Option(help="Folder for report and pictures.")] = None,
     observer: Annotated[str, typer.Option(help="ekf, imm, undelayed, taylor or hold.")] = "ekf",
+    seconds: Annotated[
+        float | None, typer.Option(help="Only the first so many seconds of the log.")
+    ] = None,
     as_is: Annotated[
         bool, typer.Option("--as-is", help="Correct nothing, whatever the diagnosis.")
     ] = False,
@@ -36,28 +40,37 @@ def replay(
     json: Json = False,
 ) -> None:
     """Run the observer over a recorded log: what is wrong with it, and how good the estimate is."""
+    from observer.logs.part import cut
+    from observer.logs.run import span
     from services.replay_run import KINDS, PICTURES, data_of, replay_recording
 
     if observer not in KINDS:
         fail(f"no observer {observer!r} for a log. Known: {', '.join(KINDS)}", 2)
+    if seconds is not None and not seconds >= 1.0:
+        fail(f"--seconds needs 1 or more, not {seconds:g}", 2)
     recording = _opened(log)
-    folder = out or Path("runs") / f"replay-{recording.name}"
-    try:
+    if seconds is not None:
+        try:
+            start = span(recording)[0]
+        except ValueError as error:
+            fail(str(error))
+        recording = cut(recording, start, start + seconds)
+    folder = out or Path("runs") / f"replay-{file_name(recording.name)}"
+    with writing():
         folder.mkdir(parents=True, exist_ok=True)
         for name in PICTURES:  # of an earlier replay; the folder may hold more than ours
             (folder / f"{name}.png").unlink(missing_ok=True)
-    except OSError as error:
-        fail(f"cannot write to {error.filename}: {error.strerror}", 2)
     try:
         done = replay_recording(recording, observer, as_is)
     except ValueError as error:
         fail(str(error))
     data = data_of(done)
-    (folder / "report.json").write_text(jsonlib.dumps(data, indent=2) + "\n")
-    if pictures:
-        from services.replay_pictures import write_pictures
+    with writing():
+        (folder / "report.json").write_text(jsonlib.dumps(data, indent=2) + "\n")
+        if pictures:
+            from services.replay_pictures import write_pictures
 
-        write_pictures(done, folder)
+            write_pictures(done, folder)
     if json:
         typer.echo(jsonlib.dumps(data))
     else:
@@ -88,10 +101,8 @@ def tune(
         fail(str(error))
     text = fragment(report)
     if out is not None:
-        try:
+        with writing():
             out.write_text(text)
-        except OSError as error:
-            fail(f"cannot write to {error.filename}: {error.strerror}", 2)
     if json:
         typer.echo(jsonlib.dumps(data_of(report)))
         return
@@ -99,6 +110,11 @@ def tune(
     console.print(escape(text), highlight=False, soft_wrap=True)
     if out is not None:
         console.print(f"the same in {out}", highlight=False)
+
+
+def file_name(name: str) -> str:
+    """A recording's name as that of one file: no folders, nothing a shell would mind."""
+    return re.sub(r"[^\w.-]+", "_", name)
 
 
 def _opened(log: Path) -> Recording:
@@ -146,10 +162,15 @@ def _show(done: Replayed, data: dict[str, Any]) -> None:
             soft_wrap=True,
         )
     said = ", ".join(
-        f"{text} {100 * share:.3g} %" for text, share in data["said"].items() if share > 1e-3
+        f"{text} {100 * share:.3g} %"
+        for text, share in data["said"].items()
+        if share > 1e-3 and not (data["dead_reckoned"] and text.endswith("uncertain"))
     )
+    valid = f"valid {100 * data['valid_share']:.3g} % of the time"
+    if data["dead_reckoned"]:
+        valid = "run on wheel speeds: position is dead-reckoned, so `valid` (20 mm) does not apply"
     console.print(
-        f"valid {100 * data['valid_share']:.3g} % of the time{'; said: ' + said if said else ''}",
+        f"{valid}{'; said: ' + said if said else ''}",
         highlight=False,
         soft_wrap=True,
     )

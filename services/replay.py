@@ -16,6 +16,9 @@ from services.runlog import BadLog, RunLog, read_log
 from services.topics import BASE_COMMAND, IMU, ODOMETRY, TRUTH, Topic
 from sim.scenario import Scenario
 
+LATE = 1.0
+"""A message that is overtaken is stamped at most this long before the newest [s]."""
+
 
 def open_recording(path: Path) -> Recording:
     """Read a recording from an ``.mcap`` log of ours, a run's folder, or a plain form's TOML.
@@ -54,7 +57,7 @@ def recording_of(log: RunLog, about: Mapping[str, str], name: str = "run") -> Re
         name: for titles.
 
     Raises:
-        BadLog: no odometry, or a robot that is not known here.
+        BadLog: no odometry, a robot that is not known here, or stamps that repeat or go back.
     """
     if not log.series(ODOMETRY):
         raise BadLog(f"{name}: nothing on {ODOMETRY.name}; there is nothing to replay")
@@ -79,11 +82,25 @@ def _robot(about: Mapping[str, str]) -> str:
 
 
 def _samples(log: RunLog, topic: Topic, values: Sequence[Array]) -> Samples | None:
-    """Samples in the order of their stamps; None if the topic is silent."""
+    """Samples in the order of their stamps; None if the topic is silent.
+
+    Raises:
+        BadLog: two samples of one instant, or stamps that go back by more than ``LATE``.
+    """
     messages: list[Message] = log.series(topic)
     if not messages:
         return None
     t = np.array([m.t for m in messages])
     arrival = np.maximum(np.array(log.arrivals(topic)), t) + TICK
+    back = np.flatnonzero(np.diff(t) < -LATE)
+    if len(back):
+        k = int(back[0])
+        raise BadLog(
+            f"stamps of {topic.name} go back from {t[k]:.3f} to {t[k + 1]:.3f} s: two runs in one"
+            " log, or a simulation that was restarted"
+        )
     order = np.argsort(t, kind="stable")
+    same = np.flatnonzero(np.diff(t[order]) == 0.0)
+    if len(same):
+        raise BadLog(f"two messages on {topic.name} have one stamp, {t[order][same[0]]:.3f} s")
     return Samples(t[order], arrival[order], np.array(values)[order])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -101,7 +102,7 @@ def _distances(done: Replayed, axis: Any) -> None:
             label=f"{' = '.join([name, *twins])}: rms {factor * s.position_rms:.3g} {unit}",
         )
     spread = [s.position_rms for s in done.scores.values()]
-    if max(spread) > 8.0 * min(spread):
+    if max(spread) > 8.0 * min(spread) > 0.0:
         axis.set_yscale("log")
         axis.set_ylim(bottom=0.2 * factor * min(spread))
     else:
@@ -124,7 +125,7 @@ def _alike(done: Replayed) -> dict[str, list[str]]:
     for name, s in done.scores.items():
         for other in out:
             theirs = done.scores[other].position_rms
-            if name != done.kind != other and abs(s.position_rms / theirs - 1.0) < 0.02:
+            if name != done.kind != other and math.isclose(s.position_rms, theirs, rel_tol=0.02):
                 out[other].append(name)
                 break
         else:

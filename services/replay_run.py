@@ -15,12 +15,14 @@ from observer.logs.facts import Diagnosis
 from observer.logs.innovations import Innovations, innovations, measurements
 from observer.logs.log import Log, Verdict
 from observer.logs.prepare import prepare
-from observer.logs.recording import Recording
+from observer.logs.recording import Recording, Samples
 from observer.logs.run import Estimates, Track, collect, odometry_track, replay
 from observer.logs.score import Score, score
 from observer.logs.verdicts import verdicts
 from observer.metrics import chi2_band
-from observer.observer import make_observer
+from observer.observer import Observer, make_observer
+from observer.observer_options import ObserverOptions
+from observer.report import Limits
 
 KINDS = ("ekf", "imm", "undelayed", "taylor", "hold")
 """Observers that a recording can be run through."""
@@ -75,18 +77,21 @@ def replay_recording(recording: Recording, kind: str = "ekf", as_is: bool = Fals
     diagnosis = diagnose(recording)
     used = recording if as_is else prepare(recording, diagnosis)
     tick = tick_of(used)
-    estimates = collect(replay(used, make_observer(kind, used.base), tick))
+    # baselines know poses alone, whichever of the wheels' sensors the filter is given
+    poses = used if used.odometry is not None else replace(used, odometry=recording.odometry)
+    if kind in BASELINES and poses.odometry is None:
+        raise ValueError(f"{kind} needs poses ([odometry]); {recording.name} has speeds alone")
+    given = poses if kind in BASELINES else used
+    estimates = collect(replay(given, observer_for(kind, given), tick))
     tracks: dict[str, Track] = {}
     raw = odometry_track(recording)
     if raw is not None:
         tracks[AT_ITS_STAMPS] = raw
     tracks[kind] = Track(estimates.t, estimates.pose)
     if raw is not None:
-        # these know poses alone, whichever of the wheels' sensors the observer was given
-        poses = used if used.odometry is not None else replace(used, odometry=recording.odometry)
         for other in BASELINES:
             if other != kind:
-                tracks[other] = collect(replay(poses, make_observer(other, used.base), tick))
+                tracks[other] = collect(replay(poses, observer_for(other, poses), tick))
     reference = recording.reference
     scores: dict[str, Score] = {}
     if reference is not None:
@@ -100,6 +105,24 @@ def replay_recording(recording: Recording, kind: str = "ekf", as_is: bool = Fals
     findings = recording.findings if isinstance(recording, Log) else ()
     said = verdicts(diagnosis, findings, nis)
     return Replayed(recording, used, diagnosis, said, kind, estimates, tracks, scores, found)
+
+
+def observer_for(kind: str, recording: Recording) -> Observer:
+    """An observer that calls a sensor late or silent only beyond what is usual in the recording."""
+    limits = Limits()
+    limits = replace(
+        limits,
+        imu_late=max(limits.imu_late, _usual_age(recording.imu)),
+        odometry_late=max(limits.odometry_late, _usual_age(recording.odometry or recording.speeds)),
+    )
+    return make_observer(kind, recording.base, options=ObserverOptions(limits=limits))
+
+
+def _usual_age(samples: Samples | None) -> float:
+    """Age that a sensor's newest sample has at most, pauses aside: delay and 3 periods [s]."""
+    if samples is None or len(samples) < 2:
+        return 0.0
+    return float(np.median(samples.arrival - samples.t)) + 3.0 * samples.period
 
 
 def tick_of(recording: Recording) -> float:
@@ -153,6 +176,7 @@ def data_of(done: Replayed) -> dict[str, Any]:
             }
             for name, i in done.innovations.items()
         },
+        "dead_reckoned": done.used.odometry is None and done.kind not in BASELINES,
         "valid_share": float(e.valid.mean()),
         "slip_share": float(e.slip.mean()),
         "said": said_of(e),

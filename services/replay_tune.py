@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from deploy.robot import MobileBase
@@ -15,8 +15,7 @@ from observer.logs.run import Track, collect, replay
 from observer.logs.score import score
 from observer.logs.tune import Tuning, tune
 from observer.logs.verdicts import verdicts
-from observer.observer import make_observer
-from services.replay_run import finite, tick_of
+from services.replay_run import finite, observer_for, tick_of
 
 FROM_GYRO = ("odometry.speed_noise heading",)
 """Stays as the diagnosis set it where the gyro is to give the heading: wheels that turn too far do
@@ -66,7 +65,9 @@ def by_gyro(diagnosis: Diagnosis) -> bool:
 
 
 def _error(recording: Recording, base: MobileBase) -> float:
-    run = collect(replay(recording, make_observer("ekf", base), tick_of(recording)))
+    run = collect(
+        replay(recording, observer_for("ekf", replace(recording, base=base)), tick_of(recording))
+    )
     assert recording.reference is not None
     return score(Track(run.t, run.pose), recording.reference).position_rms
 

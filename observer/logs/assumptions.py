@@ -71,8 +71,9 @@ def assumed_base(description: LogDescription, samples: dict[str, Samples]) -> Mo
         update = _timing(samples["imu"]) | _given(d, "imu") | {"position": d.position}
         if d.rotation is not None:
             update["rotation"] = d.rotation
-        elif d.up is not None or d.forward is not None:
-            gravity = np.median(samples["imu"].values[:, 3:], axis=0)
+        gravity = np.median(samples["imu"].values[:, 3:], axis=0)
+        known = d.up is not None or (d.forward is not None and gravity.any())
+        if known and d.rotation is None:  # forward alone without gravity: refused later
             up = axis_vector(d.up) if d.up else gravity
             forward = axis_vector(d.forward) if d.forward else None
             update["rotation"] = rpy_of(level(up, forward))

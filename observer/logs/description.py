@@ -134,6 +134,7 @@ def _read(
     if len(rows.rows) < FEWEST:
         problems.error(f"{where}: {len(rows.rows)} samples; {FEWEST} are the least")
         return None
+    of = len(rows.rows)
     unit = stamped.time_unit or infer_unit(rows.values[:, 0], sensor.name)
     if stamped.time_unit is None and unit != "s":
         problems.note("time-unit", f"{where}: stamps taken to be in {unit}")
@@ -141,8 +142,6 @@ def _read(
     if isinstance(stamped, PoseColumns) and stamped.quaternion is not None:
         rows = _unit_quaternions(rows, len(stamps) + 2, where, problems)
     rows = _in_range(rows, sensor, len(stamps), where, problems)
-    if len(rows.rows) < FEWEST:
-        return None
     read = timed(
         rows,
         received=stamped.receive is not None,
@@ -152,6 +151,12 @@ def _read(
         where=where,
         problems=problems,
     )
+    if len(read.t) < FEWEST:
+        problems.error(
+            f"{where}: {len(read.t)} samples are left of {of}, the others were dropped;"
+            f" {FEWEST} are the least"
+        )
+        return None
     return Timed(read.t, read.arrival, _values(sensor, read.values, where, problems))
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.optimize import minimize, minimize_scalar
 from scipy.signal import lfilter
 
+from observer.commands import CommandHistory
 from observer.logs.figure import Figure, untold
 from observer.logs.recording import Samples
 from services.messages import Array
@@ -17,8 +18,8 @@ PERIOD = 0.005
 """Of the simulated drive [s]."""
 LAGS = np.geomspace(0.03, 1.5, 12)
 DEAD = np.arange(0.0, 0.31, 0.05)
-SILENCE = 0.5
-"""After the last command for so long [s] the drive is taken to stop."""
+SILENCE = CommandHistory().silence
+"""After the last command for so long [s] the drive is taken to stop, as in the observer."""
 EXPLAINED = 0.7
 """Share of the squares of speed that commands must explain."""
 SMOOTH = 0.25

@@ -17,13 +17,17 @@ ARM = 0.3
 
 
 def cut(recording: Recording, start: float, end: float) -> Recording:
-    """The part of a recording that was sampled from ``start`` to before ``end`` [s]."""
+    """The part of a recording that was sampled from ``start`` to before ``end`` [s].
+
+    A sensor with fewer than two samples there is None.
+    """
     names = ("odometry", "speeds", "imu", "commands", "reference")
     parts: dict[str, Any] = {}
     for name in names:
         samples: Samples | None = getattr(recording, name)
         if samples is not None:
-            parts[name] = samples.between(start, end)
+            inside = samples.between(start, end)
+            parts[name] = inside if len(inside) > 1 else None
     return replace(recording, **parts)
 
 

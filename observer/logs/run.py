@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+from array import array
 from bisect import bisect_right
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -17,6 +19,17 @@ TICK = 0.002
 """Time between two estimates, as on the robot [s]."""
 SLACK = 1e-9
 """What arrives this little after a tick counts as there: stamps are rounded [s]."""
+
+_SHAPES: dict[str, tuple[int, ...]] = {
+    "t": (),
+    "pose": (3,),
+    "covariance": (6, 6),
+    "gyro_bias": (),
+    "accel_bias": (2,),
+    "odometry_innovation": (3,),
+    "odometry_nis": (),
+}
+"""Figures of an estimate that are kept: the arrays of `Estimates`."""
 
 M = TypeVar("M", bound=Message)
 
@@ -42,28 +55,22 @@ class Estimates(Track):
     """What an observer said.
 
     Attributes:
-        velocity: V_OB_O (n, 3) [m/s, m/s, rad/s].
         covariance: of (pose, velocity) as reported (n, 6, 6).
         gyro_bias: (n,) [rad/s].
         accel_bias: (n, 2) [m/s^2].
         odometry_innovation: newest until then (n, 3) [m, m, rad].
         odometry_nis: its normalised square (n,).
-        imu_innovation: newest until then (n, 3) [rad/s, m/s^2, m/s^2].
-        imu_nis: its normalised square (n,).
         valid: whether the estimate may be used (n,).
         slip: whether slip is reported (n,).
         reason: what was said beside it, (n) words.
         rejected: refused measurements by reason, over the whole recording.
     """
 
-    velocity: Array
     covariance: Array
     gyro_bias: Array
     accel_bias: Array
     odometry_innovation: Array
     odometry_nis: Array
-    imu_innovation: Array
-    imu_nis: Array
     valid: np.ndarray[Any, np.dtype[np.bool_]]
     slip: np.ndarray[Any, np.dtype[np.bool_]]
     reason: list[str]
@@ -99,16 +106,14 @@ class _Queue(Generic[M]):
         return self._messages[first : self._next]
 
 
-def replay(
-    recording: Recording, observer: Observer, tick: float = TICK, start: float | None = None
-) -> Iterator[Estimate]:
+def replay(recording: Recording, observer: Observer, tick: float = TICK) -> Iterator[Estimate]:
     """Step an observer over a recording, giving it everything when it arrived.
 
     Args:
         recording: what the sensors said.
         observer: fresh.
-        tick: time between two estimates [s]; ticks are multiples of it.
-        start: first tick [s]; by default the last before anything arrives.
+        tick: time between two estimates [s]; ticks are multiples of it, from the
+            last before anything arrives.
 
     Raises:
         ValueError: a tick that is not positive, or a recording in which nothing arrives.
@@ -122,8 +127,7 @@ def replay(
         recording.commands, lambda t, v: BaseCommand(t=t, velocity=v)
     )
     first, last = span(recording)
-    begin = first if start is None else start
-    for k in range(int(np.floor(begin / tick)), int(np.ceil(last / tick)) + 1):
+    for k in range(int(np.floor(first / tick)), int(np.ceil(last / tick)) + 1):
         now = k * tick
         yield observer.step(
             now, odometry.until(now), imu.until(now), commands.until(now), speeds.until(now)
@@ -150,22 +154,28 @@ def collect(estimates: Iterator[Estimate]) -> Estimates:
         ValueError: there was never anything to go by: the recording has neither odometry nor wheel
             speeds that the observer could use.
     """
-    kept = [e for e in estimates if e.reason != "no odometry yet"]
-    if not kept:
+    columns = {name: array("d") for name in _SHAPES}
+    reason: list[str] = []
+    valid = bytearray()
+    rejected: dict[str, int] = {}
+    for e in estimates:
+        if e.reason == "no odometry yet":
+            continue
+        for name, column in columns.items():
+            column.frombytes(np.asarray(getattr(e, name), dtype=np.float64).tobytes())
+        reason.append(sys.intern(e.reason))
+        valid.append(e.valid)
+        rejected = e.rejected
+    if not reason:
         raise ValueError("the observer never started: it needs odometry or wheel speeds")
+    arrays = {
+        name: np.frombuffer(column, dtype=np.float64).reshape(-1, *_SHAPES[name])
+        for name, column in columns.items()
+    }
     return Estimates(
-        t=np.array([e.t for e in kept]),
-        pose=np.array([e.pose for e in kept]),
-        velocity=np.array([e.velocity for e in kept]),
-        covariance=np.array([e.covariance for e in kept]),
-        gyro_bias=np.array([e.gyro_bias for e in kept]),
-        accel_bias=np.array([e.accel_bias for e in kept]),
-        odometry_innovation=np.array([e.odometry_innovation for e in kept]),
-        odometry_nis=np.array([e.odometry_nis for e in kept]),
-        imu_innovation=np.array([e.imu_innovation for e in kept]),
-        imu_nis=np.array([e.imu_nis for e in kept]),
-        valid=np.array([e.valid for e in kept]),
-        slip=np.array(["slip" in e.reason for e in kept]),
-        reason=[e.reason for e in kept],
-        rejected=dict(kept[-1].rejected),
+        **arrays,
+        valid=np.frombuffer(valid, dtype=np.bool_),
+        slip=np.array(["slip" in text for text in reason]),
+        reason=reason,
+        rejected=dict(rejected),
     )

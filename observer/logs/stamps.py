@@ -169,12 +169,17 @@ def timed(
     arrival = rows.values[:, 1] * second
     lag = arrival - t
     if len(t) and not OTHER_CLOCK[0] <= float(np.median(lag)) <= OTHER_CLOCK[1]:
-        arrival = arrival - float(np.min(lag))
+        near = np.abs(lag - np.median(lag)) <= OTHER_CLOCK[1]
+        arrival = arrival - float(np.min(lag[near]))
         problems.warning(
             "two-clocks",
             f"{where}: arrival is {np.median(lag):.6g} s from the stamp: two clocks",
             "the quickest sample was taken to arrive at once",
         )
+    wild = (arrival - t < OTHER_CLOCK[0]) | (arrival - t > OTHER_CLOCK[1])
+    why = f"arrival not within {OTHER_CLOCK[0]:g} to {OTHER_CLOCK[1]:g} s of the stamp"
+    problems.dropped(where, why, rows.rows[wild].tolist(), len(t))
+    rows, t, arrival = rows.keep(~wild), t[~wild], arrival[~wild]
     early = arrival < t - AHEAD
     if early.any():
         problems.note(

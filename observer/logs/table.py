@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import difflib
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -44,7 +44,7 @@ class Table:
         """Read a file: UTF-8, a header, and cells between commas, semicolons or tabs.
 
         Raises:
-            BadTable: no such file, not text, or no header.
+            BadTable: no such file, not text, no header, or a quote that is not closed.
         """
         try:
             text = path.read_text(encoding="utf-8-sig")
@@ -55,10 +55,9 @@ class Table:
         lines = text.splitlines()
         head = next((line for line in lines if line.strip()), "")
         delimiter = max(DELIMITERS, key=head.count)
-        reader = csv.reader(lines, delimiter=delimiter)
         header: list[str] = []
         content, rows, long = [], [], []
-        for cells in reader:
+        for line, cells in _records(path, lines, delimiter):
             if not any(cell.strip() for cell in cells):
                 continue
             if not header:
@@ -66,10 +65,10 @@ class Table:
                 header[0] = header[0].lstrip("#").strip()
                 continue
             if any(cell.strip() for cell in cells[len(header) :]):
-                long.append(reader.line_num)
+                long.append(line)
                 continue
             content.append(cells)
-            rows.append(reader.line_num)
+            rows.append(line)
         if not header or all(_is_number(name) for name in header):
             raise BadTable(f"{path.name}: no header: the first row must name the columns")
         n = len(header)
@@ -78,17 +77,18 @@ class Table:
         named: dict[str, list[str]] = {}
         for name, column in zip(header, columns, strict=True):
             named.setdefault(name, [cell.strip() for cell in column])
-        twice = frozenset(name for name in header if header.count(name) > 1)
+        twice = frozenset(name for name in header if name and header.count(name) > 1)
         return cls(path.name, named, np.array(rows, dtype=np.int64), twice, tuple(long))
 
     def missing(self, columns: Sequence[str]) -> list[str]:
         """A sentence for each of the columns that is not there (with the nearest) or not unique."""
         out = []
         for wanted in columns:
-            if wanted in self.twice or wanted[1:] in self.twice:
+            negated = wanted[0] == "-" and wanted not in self.cells
+            if (wanted[1:] if negated else wanted) in self.twice:
                 out.append(f"{self.name}: column {wanted!r} is there twice")
                 continue
-            if wanted in self.cells or (wanted[0] == "-" and wanted[1:] in self.cells):
+            if wanted in self.cells or (negated and wanted[1:] in self.cells):
                 continue
             lower = {name.lower(): name for name in self.cells}
             near = difflib.get_close_matches(wanted.lstrip("-").lower(), lower, n=1, cutoff=0.5)
@@ -167,6 +167,27 @@ def _floats(cells: list[str], wanted: NDArray[np.bool_]) -> tuple[Array, dict[st
             why = next((w for w in bad if w.startswith("is not a number")), "")
         bad.setdefault(why or f"is not a number, as {cell!r}", []).append(k)
     return out, bad
+
+
+def _records(path: Path, lines: Sequence[str], delimiter: str) -> Iterator[tuple[int, list[str]]]:
+    """Cells of each line, with its number; one record is one line.
+
+    Raises:
+        BadTable: a quote that is not closed on its line.
+    """
+    reader = csv.reader(lines, delimiter=delimiter, strict=True)
+    before = 0
+    while True:
+        try:
+            cells = next(reader, None)
+        except csv.Error as error:
+            raise BadTable(f"{path.name}: line {before + 1}: {error}: is a quote open?") from None
+        if cells is None:
+            return
+        if reader.line_num > before + 1:
+            raise BadTable(f"{path.name}: line {before + 1}: a quote is not closed on its line")
+        before = reader.line_num
+        yield before, cells
 
 
 def _is_number(text: str) -> bool:

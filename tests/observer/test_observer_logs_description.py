@@ -337,3 +337,77 @@ def test_findings_beyond_twenty_are_counted() -> None:
     with pytest.raises(BadFile) as caught:
         problems.raise_if_any()
     assert len(caught.value.findings) == 21 and caught.value.findings[-1] == "and 5 more"
+
+
+# --- rows that vanish, quotes, names ----------------------------------------------------------
+
+
+@pytest.mark.parametrize("sensor", ["odometry", "commands"])
+def test_a_sensor_whose_rows_all_go_is_an_error(
+    tmp_path: Path, recording: Recording, sensor: str
+) -> None:
+    """One row written over and over is one sample: refused by name, without a traceback."""
+    o = odometry_columns(recording)
+    same = {name: np.full(40, values[5]) for name, values in o.items()}
+    toml = ODOMETRY
+    if sensor == "commands":
+        write_csv(tmp_path / "commands.csv", same)
+        toml += '[commands]\nfile = "commands.csv"\ntime = "t"\nvx = "x"\nw = "yaw"\n'
+    text = refused(write_log(tmp_path, same if sensor == "odometry" else o, None, toml))
+    assert f"{sensor}: 1 samples are left of 40" in text
+
+
+@pytest.mark.parametrize("cells", ['"1.0,2,3,4', '1.0,"2,3,4\n1.05,2",3,4', '"1"0,2,3,4'])
+def test_an_open_quote_is_named_by_its_line(path: Path, cells: str) -> None:
+    """Whether it runs to the end of the file or swallows a row or two."""
+    file = path.parent / "odom.csv"
+    lines = file.read_text().splitlines()
+    file.write_text("\n".join([*lines[:30], cells, *lines[30:]]) + "\n")
+    text = refused(path)
+    assert "odom.csv: line 31: " in text and "quote" in text
+
+
+def test_only_a_column_that_is_asked_for_can_be_there_twice(
+    tmp_path: Path, recording: Recording
+) -> None:
+    """Empty names are no names, and x twice is not vx twice; -x is x."""
+    o = odometry_columns(recording)
+    path = write_log(tmp_path, o, None, ODOMETRY)
+    lines = (tmp_path / "odom.csv").read_text().splitlines()
+
+    def header(names: str, cells: str) -> None:
+        text = "\n".join([names, *(line + cells for line in lines[1:])])
+        (tmp_path / "odom.csv").write_text(text + "\n")
+
+    header("t,x,y,yaw,,", ",,")
+    assert len(load_recording(path).odometry or ()) == len(o["t"])
+    header("t,vx,y,yaw,x,x", ",0,0")
+    path.write_text(ODOMETRY.replace('"x"', '"vx"'))
+    assert len(load_recording(path).odometry or ()) == len(o["t"])
+    path.write_text(ODOMETRY.replace('"x"', '"-x"'))
+    assert "column '-x' is there twice" in refused(path)
+
+
+@pytest.mark.parametrize(("clock", "wild"), [(0.0, 1e6), (1.7e9, 1e6), (1.7e9, -1e6)])
+def test_a_wild_arrival_is_dropped(
+    tmp_path: Path, recording: Recording, clock: float, wild: float
+) -> None:
+    """One cell cannot make the log last for days, nor shift the clock of all the others."""
+    o = odometry_columns(recording)
+    o["r"] = o["t"] + clock + 0.02
+    o["r"][7] += wild
+    log = load_recording(write_log(tmp_path, o, None, ODOMETRY + 'receive = "r"\n'))
+    assert log.odometry is not None and len(log.odometry) == len(o["t"]) - 1
+    assert log.odometry.arrival[-1] < 30.0
+    assert np.ptp(log.odometry.arrival - log.odometry.t) < 1e-3
+    assert "1 row dropped: arrival not within" in said(log)
+
+
+def test_forward_without_gravity_is_refused(path: Path, recording: Recording) -> None:
+    """An accelerometer of zeros tells no vertical."""
+    i = imu_columns(recording)
+    for name in ("ax", "ay", "az"):
+        i[name] = 0.0 * i[name]
+    write_csv(path.parent / "imu.csv", i)
+    path.write_text(path.read_text() + 'forward = "+x"\n')
+    assert "gravity has been taken out, so say how it is mounted" in refused(path)

@@ -10,6 +10,8 @@ import pytest
 
 from deploy.robot import MobileBase
 from observer.bench.world import World, simulate
+from observer.commands import STILL, CommandHistory
+from observer.logs.drive import SILENCE
 from observer.logs.innovations import innovations, measurements
 from observer.logs.part import cut, liveliest
 from observer.logs.recording import Recording, Samples
@@ -18,6 +20,7 @@ from observer.logs.score import align, score
 from observer.logs.tune import Tuning, tune
 from observer.observer import make_observer
 from services.messages import Array, BaseCommand, Imu, Odometry
+from services.replay_run import observer_for
 
 
 def sway(t: float) -> tuple[float, float, float]:
@@ -271,3 +274,35 @@ def test_too_little_to_tune_by_is_refused(swaying: Recording) -> None:
     sparse = cut(replace(swaying, imu=None, commands=None), 0.0, 2.0)
     with pytest.raises(ValueError, match="noise takes"):
         tune(sparse)
+
+
+# --- details --------------------------------------------------------------------------------
+
+
+def test_commands_cease_for_the_drive_when_they_do_for_the_observer() -> None:
+    """One watchdog: where the filter takes the drive to stop, the fit of the drive does."""
+    history = CommandHistory()
+    history.insert(0.0, (1.0, 0.0, 0.0))
+    assert history.at(SILENCE - 1e-6) != STILL
+    assert history.at(SILENCE) == STILL
+
+
+def test_a_part_leaves_out_sensors_that_were_silent_in_it(swaying: Recording) -> None:
+    """Fewer than two samples are none."""
+    part = cut(swaying, 2.0, 2.02)
+    assert part.odometry is None
+    assert part.imu is not None and len(part.imu) > 1
+
+
+def test_a_slow_sensor_is_not_called_silent() -> None:
+    """An IMU of 10 Hz that comes 0.15 s late is as usual; when it ceases, that is said."""
+    world = recorded(simulate(sway, 5, 8.0))
+    assert world.imu is not None
+    keep = (np.arange(len(world.imu)) % 20 == 0) & (world.imu.t < 6.0)
+    slow = Samples(world.imu.t[keep], world.imu.t[keep] + 0.15, world.imu.values[keep])
+    late = replace(world, imu=slow)
+    run = collect(replay(late, observer_for("ekf", late), 0.01))
+    silent = np.array(["imu silent" in text for text in run.reason])
+    assert slow.period > 0.05
+    assert not silent[(run.t > 1.0) & (run.t < 6.0)].any()
+    assert silent[run.t > 7.0].all()

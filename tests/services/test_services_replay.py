@@ -8,14 +8,18 @@ import tomllib
 from dataclasses import replace
 from pathlib import Path
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from observer.logs.recording import Samples
+from observer.logs.facts import Diagnosis
+from observer.logs.prepare import speeds_of
+from observer.logs.recording import Recording, Samples
 from observer.logs.run import collect
 from observer.logs.run import replay as run_replay
 from observer.observer import make_observer
+from services import replay_run
 from services.cli import app
 from services.provenance import provenance
 from services.replay import open_recording, recording_of
@@ -23,7 +27,7 @@ from services.replay_pictures import track
 from services.replay_run import AT_ITS_STAMPS, replay_recording
 from services.run import Run, run_lockstep
 from services.runlog import BadLog, RunLog
-from services.topics import ESTIMATE
+from services.topics import ESTIMATE, ODOMETRY
 from sim.scenario import load_scenario
 
 runner = CliRunner()
@@ -176,6 +180,99 @@ def test_wrong_questions_leave_with_two_and_no_traceback(folder: Path, tmp_path:
         result = runner.invoke(app, command)
         assert result.exit_code == 2, command
         assert said in " ".join(result.stderr.split())
+        assert "Traceback" not in result.output
+
+
+def test_stamps_that_repeat_or_restart_are_refused(run: Run) -> None:
+    """Two runs in one log, and one message twice: topic and time are named."""
+    for again, said in (
+        (0, r"robot/odometry go back from [\d.]+ to"),
+        (-1, r"have one stamp, [\d.]+"),
+    ):
+        log = RunLog()
+        sent = list(zip(run.log.series(ODOMETRY), run.log.arrivals(ODOMETRY), strict=True))
+        for message, arrival in [*sent, (sent[again][0], sent[-1][1])]:
+            log(ODOMETRY, message, arrival)
+        with pytest.raises(BadLog, match=said):
+            recording_of(log, {})
+
+
+def plain_form(folder: Path, recording: Recording, name: str = "plain") -> Path:
+    """Half a recording in the plain form: wheel speeds and an IMU."""
+    o, imu = recording.odometry, recording.imu
+    assert o is not None and imu is not None
+    speeds = speeds_of(o)
+    tables = {
+        "speeds.csv": ("t,vx,vy,w", np.column_stack([speeds.t, speeds.values])),
+        "imu.csv": ("t,gx,gy,gz,ax,ay,az", np.column_stack([imu.t, imu.values])),
+    }
+    for file, (header, values) in tables.items():
+        np.savetxt(folder / file, values, delimiter=",", header=header, comments="", fmt="%.9f")
+    (folder / "log.toml").write_text(
+        f'name = "{name}"\ntime = "t"\n'
+        '[speeds]\nfile = "speeds.csv"\nvx = "vx"\nvy = "vy"\nw = "w"\n'
+        '[imu]\nfile = "imu.csv"\ngyro = ["gx", "gy", "gz"]\naccel = ["ax", "ay", "az"]\n'
+    )
+    return folder / "log.toml"
+
+
+def test_a_log_of_speeds_alone_is_dead_reckoned_and_said_so(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its name is no path; `valid` is not counted; baselines that need poses say so."""
+    log = plain_form(tmp_path, recording_of(run.log, {}), "../a b/c")
+    monkeypatch.chdir(tmp_path)
+    result = runner.invoke(app, ["replay", str(log), "--no-pictures", "--seconds", "4"])
+    assert result.exit_code == 0, result.output
+    report = json.loads(Path("runs/replay-.._a_b_c/report.json").read_text())
+    assert report["dead_reckoned"] is True and report["seconds"] < 4.1
+    text = " ".join(result.output.split())
+    assert "position is dead-reckoned, so `valid` (20 mm) does not apply" in text
+    assert "% valid" not in text and "position uncertain" not in text
+    for kind in ("hold", "taylor"):
+        with pytest.raises(ValueError, match="needs poses"):
+            replay_recording(open_recording(log), kind)
+
+
+def test_baselines_get_the_poses_where_the_filter_gets_speeds(
+    run: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where the wheels' heading is not used, hold and taylor still say where odometry was."""
+    real = replay_run.prepare
+
+    def by_speed(recording: Recording, diagnosis: Diagnosis) -> Recording:
+        return real(recording, replace(diagnosis, use="speed"))
+
+    monkeypatch.setattr(replay_run, "prepare", by_speed)
+    recording = recording_of(run.log, {})
+    done = replay_recording(recording, "hold")
+    assert done.used.odometry is None
+    assert done.scores["hold"].position_rms < 0.02
+
+
+def test_a_perfect_track_is_drawn(run: Run) -> None:
+    """Errors of exactly zero: nothing is divided by them."""
+    done = replay_recording(recording_of(run.log, {}), "hold")
+    exact = {name: replace(s, position_rms=0.0) for name, s in done.scores.items()}
+    figure = track(replace(done, scores=exact))
+    assert figure is not None
+    plt.close(figure)
+
+
+def test_what_cannot_be_written_is_said(folder: Path, tmp_path: Path) -> None:
+    """Before the work where it can be; without a traceback in any case."""
+    out = tmp_path / "out"
+    (out / "report.json").mkdir(parents=True)
+    (tmp_path / "file").touch()
+    for command, said in (
+        (["replay", str(folder), "--no-pictures", "--out", str(out)], "cannot write"),
+        (["replay", str(folder), "--seconds", "0"], "1 or more"),
+        (["bench", "observer", "--plots", str(tmp_path / "file" / "plots")], "cannot write"),
+        (["bench", "whiteboard", "--workers", "0"], "--workers"),
+    ):
+        result = runner.invoke(app, command)
+        assert result.exit_code == 2, (command, result.output)
+        assert said in " ".join(re.sub(r"\x1b\[[0-9;]*m", "", result.stderr).split())
         assert "Traceback" not in result.output
 
 
