@@ -73,7 +73,10 @@ def _error(recording: Recording, base: MobileBase) -> float:
 
 
 def fragment(report: Report) -> str:
-    """The lines for a robot's description (robot.toml) that state what was found."""
+    """The lines that state what was found, for robot.toml or a recording in the plain form.
+
+    That one has the same keys but for the noise of speeds; for speeds made of poses it has none.
+    """
     base = report.tuning.base
     found: dict[str, dict[str, bool]] = {}
     for x in report.tuning.tuned:
@@ -81,6 +84,9 @@ def fragment(report: Report) -> str:
         keys = found.setdefault(table, {})
         keys[key] = keys.get(key, False) or x.told
     lines = [f"# likeliest on {report.recording.name} (steadyhand tune)"]
+    plain = isinstance(report.recording, Log)
+    if plain:
+        lines.append("# add the lines to the tables of the recording's TOML")
     untold = [
         f"[{table}] {k}" for table, keys in found.items() for k, told in keys.items() if not told
     ]
@@ -88,9 +94,14 @@ def fragment(report: Report) -> str:
         lines.append(f"# not told by this log: {', '.join(untold)}")
     for table in ("platform", "odometry", "imu"):
         told = [key for key, is_told in found.get(table, {}).items() if is_told]
-        if told:
-            values = [f"{key} = {_toml(getattr(getattr(base, table), key))}" for key in told]
-            lines += ["", f"[{table}]", *values]
+        stated = {key: f"{key} = {_toml(getattr(getattr(base, table), key))}" for key in told}
+        speed = stated.pop("speed_noise", "") if plain else ""
+        if stated:
+            lines += ["", f"[{table}]", *stated.values()]
+        if speed and report.recording.odometry is None:
+            lines += ["", "[speeds]", speed.removeprefix("speed_")]
+        elif speed:
+            lines += ["", f"# of speeds made of poses, always estimated: {speed}"]
     return "\n".join(lines) + "\n"
 
 

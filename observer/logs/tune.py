@@ -78,7 +78,7 @@ def tune(recording: Recording, seconds: float = 30.0, keep: Collection[str] = ()
     """Find the noise parameters of a platform from the liveliest part of a recording.
 
     Args:
-        recording: put right by `observer.logs.verdicts.prepare` or right from the start; delays,
+        recording: put right by `observer.logs.prepare.prepare` or right from the start; delays,
             scales and the mounting of the IMU are taken as its base says.
         seconds: how much of it is used [s]; the time this takes is in proportion.
         keep: names of parameters that stay as they are. The likelihood takes every error for

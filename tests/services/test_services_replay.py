@@ -13,11 +13,14 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from observer.logs.columns import LogDescription
 from observer.logs.facts import Diagnosis
+from observer.logs.parameters import parameters
 from observer.logs.prepare import speeds_of
 from observer.logs.recording import Recording, Samples
 from observer.logs.run import collect
 from observer.logs.run import replay as run_replay
+from observer.logs.tune import Tuned, Tuning
 from observer.observer import make_observer
 from services import replay_run
 from services.cli import app
@@ -25,6 +28,7 @@ from services.provenance import provenance
 from services.replay import open_recording, recording_of
 from services.replay_pictures import track
 from services.replay_run import AT_ITS_STAMPS, replay_recording
+from services.replay_tune import Report, fragment
 from services.run import Run, run_lockstep
 from services.runlog import BadLog, RunLog
 from services.topics import ESTIMATE, ODOMETRY
@@ -294,3 +298,28 @@ def test_tune_states_the_noise_and_spoils_nothing(folder: Path, tmp_path: Path) 
     assert after < 1.1 * before
     assert data["log_likelihood"][1] > data["log_likelihood"][0]
     assert tomllib.loads(data["toml"]) == tuned
+
+
+@pytest.mark.parametrize("poses", [False, True])
+def test_what_was_tuned_on_a_plain_form_can_be_pasted_there(
+    run: Run, tmp_path: Path, poses: bool
+) -> None:
+    """Every key is one of the recording's own; what has no key there is a comment."""
+    log = plain_form(tmp_path, recording_of(run.log, {}))
+    recording = open_recording(log)
+    speed = (0.0123, 0.0123, 0.0456)
+    odometry = recording.base.odometry.model_copy(update={"speed_noise": speed})
+    base = recording.base.model_copy(update={"odometry": odometry})
+    names = [p for p in parameters(recording) if p.name != "platform.lag"]
+    tuned = tuple(Tuned(p, 1.0, 1.0, 0.1, True) for p in names)
+    tuning = Tuning(base, tuned, (0.0, 1.0), {}, 100, (0.0, 5.0))
+    read = replace(recording, odometry=recording.speeds) if poses else recording
+    lines = fragment(Report(read, recording, [], tuning, None))
+    found = tomllib.loads(lines)
+    assert found.get("speeds") == (None if poses else {"noise": list(speed)})
+    assert "odometry" not in found
+    assert ("# of speeds made of poses, always estimated: speed_noise" in lines) == poses
+    described = tomllib.loads(log.read_text())
+    for table, keys in found.items():
+        described.setdefault(table, {}).update(keys)
+    LogDescription.model_validate(described)
