@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +13,7 @@ from matplotlib.figure import Figure
 from observer.logs.figure import Figure as Told
 from observer.logs.lags import LagCurve, lag_curves
 from observer.logs.score import matched
-from services.replay_run import AT_ITS_STAMPS, Replayed, in_unit
+from services.replay_run import AT_ITS_STAMPS, PICTURES, Replayed, in_unit
 from services.replay_surprise import innovations, nis, thin, title_of
 from services.report import DRAWN, ERROR, MEANT
 
@@ -26,14 +25,8 @@ DEGREES = 180.0 / np.pi
 def write_pictures(done: Replayed, folder: Path) -> list[Path]:
     """Draw every picture that there are data for; returns the files."""
     out = []
-    pictures: dict[str, Callable[[Replayed], Figure | None]] = {
-        "track": track,
-        "innovations": innovations,
-        "nis": nis,
-        "biases": biases,
-        "delay": delay,
-    }
-    for name, draw in pictures.items():
+    draws = (track, innovations, nis, biases, delay)
+    for name, draw in zip(PICTURES, draws, strict=True):
         figure = draw(done)
         if figure is None:
             continue

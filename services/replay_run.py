@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -102,9 +102,22 @@ def replay_recording(recording: Recording, kind: str = "ekf", as_is: bool = Fals
                 continue
     found = innovations(measurements(used), used.base)
     nis = {name: float(i.nis.mean()) for name, i in found.items()}
-    findings = recording.findings if isinstance(recording, Log) else ()
-    said = verdicts(diagnosis, findings, nis)
+    said = verdicts_on(recording, diagnosis, nis)
     return Replayed(recording, used, diagnosis, said, kind, estimates, tracks, scores, found)
+
+
+def verdicts_on(
+    recording: Recording, diagnosis: Diagnosis, nis: Mapping[str, float] | None = None
+) -> list[Verdict]:
+    """All there is to say of a recording, findings of its reader among it, the worst first.
+
+    Args:
+        recording: as read.
+        diagnosis: of it.
+        nis: mean of a filter over it, by sensor, if one was run.
+    """
+    findings = recording.findings if isinstance(recording, Log) else ()
+    return verdicts(diagnosis, findings, nis)
 
 
 def observer_for(kind: str, recording: Recording) -> Observer:

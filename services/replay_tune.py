@@ -14,8 +14,7 @@ from observer.logs.recording import Recording
 from observer.logs.run import Track, collect, replay
 from observer.logs.score import score
 from observer.logs.tune import Tuning, tune
-from observer.logs.verdicts import verdicts
-from services.replay_run import finite, observer_for, tick_of
+from services.replay_run import finite, observer_for, tick_of, verdicts_on
 
 FROM_GYRO = ("odometry.speed_noise heading",)
 """Stays as the diagnosis set it where the gyro is to give the heading: wheels that turn too far do
@@ -51,8 +50,7 @@ def tune_recording(recording: Recording, seconds: float) -> Report:
     diagnosis = diagnose(recording)
     used = prepare(recording, diagnosis)
     tuning = tune(used, seconds, keep=FROM_GYRO if by_gyro(diagnosis) else ())
-    findings = recording.findings if isinstance(recording, Log) else ()
-    said = verdicts(diagnosis, findings)
+    said = verdicts_on(recording, diagnosis)
     scores = None
     if used.reference is not None:
         scores = _error(used, used.base), _error(used, tuning.base)

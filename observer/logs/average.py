@@ -35,16 +35,10 @@ class Average:
     Attributes:
         box: over how long it is averaged [s]; 0 where a plain delay says as much.
         delay: age of the middle of the box, by the stamps [s].
-        scale: rate over rate of the turn.
-        residual: what is left, root mean square [rad/s] ...
-        plain: ... and with a plain delay instead.
     """
 
     box: Figure
     delay: Figure
-    scale: float
-    residual: float
-    plain: float
 
 
 def fit_average(t: Array, rate: Array, turned: Curve, holes: list[tuple[float, float]]) -> Average:
@@ -62,49 +56,43 @@ def fit_average(t: Array, rate: Array, turned: Curve, holes: list[tuple[float, f
     t, rate = t[good], rate[good]
     if len(t) < 50 or float(np.std(rate)) < 1e-3:
         none = untold("too little motion")
-        return Average(none, none, np.nan, np.nan, np.nan)
+        return Average(none, none)
 
-    def squares(box: float, middle: float) -> tuple[float, float]:
-        """Mean square [rad^2/s^2] and scale."""
+    def squares(box: float, middle: float) -> float:
+        """Mean square [rad^2/s^2]."""
         turns: Turns = of_rate(t, rate, box, -box / 2.0)
         fit = regress(turns, turned, middle, Noise(0.0, 1.0))
-        return float(np.mean((fit.residual / box) ** 2)), fit.scale
+        return float(np.mean((fit.residual / box) ** 2))
 
     middles = np.arange(EARLIEST, LATEST, SHIFT_STEP)
-    plain = min((squares(h, m)[0], float(m)) for m in middles)
+    plain = min((squares(h, m), float(m)) for m in middles)
     boxes = np.arange(BOX_STEP, LONGEST + BOX_STEP, BOX_STEP)
     boxes = boxes[boxes > 1.5 * h]
-    _, box, middle = min((squares(b, m)[0], float(b), float(m)) for b in boxes for m in middles)
+    _, box, middle = min((squares(b, m), float(b), float(m)) for b in boxes for m in middles)
     found = minimize(
-        lambda p: squares(max(p[0], h), p[1])[0],
+        lambda p: squares(max(p[0], h), p[1]),
         [box, middle],
         method="Nelder-Mead",
         options={"xatol": 1e-4, "fatol": 1e-12, "initial_simplex": _around(box, middle)},
     )
     box, middle = max(float(found.x[0]), h), float(found.x[1])
-    least, scale = squares(box, middle)
+    least = squares(box, middle)
     sharp = minimize(
-        lambda m: squares(h, m[0])[0], [plain[1]], method="Nelder-Mead", options={"xatol": 1e-4}
+        lambda m: squares(h, m[0]), [plain[1]], method="Nelder-Mead", options={"xatol": 1e-4}
     )
     surely = regress(of_rate(t, rate, box, -box / 2.0), turned, middle, Noise(0.0, 1.0))
     if not surely.scale > SURE * surely.scale_sigma:
         none = untold("too little turning")
-        return Average(none, none, np.nan, np.nan, np.nan)
-    best_plain, plain_at = squares(h, float(sharp.x[0])), float(sharp.x[0])
-    if least > BETTER * best_plain[0] or box < 2.0 * h:
+        return Average(none, none)
+    plain_at = float(sharp.x[0])
+    if least > BETTER * squares(h, plain_at) or box < 2.0 * h:
         return Average(
             box=Figure(0.0),
-            delay=Figure(plain_at, _sigma(lambda m: squares(h, m)[0], plain_at, len(t))),
-            scale=best_plain[1],
-            residual=float(np.sqrt(best_plain[0])),
-            plain=float(np.sqrt(best_plain[0])),
+            delay=Figure(plain_at, _sigma(lambda m: squares(h, m), plain_at, len(t))),
         )
     return Average(
-        box=Figure(box, _sigma(lambda b: squares(b, middle)[0], box, len(t))),
-        delay=Figure(middle, _sigma(lambda m: squares(box, m)[0], middle, len(t))),
-        scale=scale,
-        residual=float(np.sqrt(least)),
-        plain=float(np.sqrt(best_plain[0])),
+        box=Figure(box, _sigma(lambda b: squares(b, middle), box, len(t))),
+        delay=Figure(middle, _sigma(lambda m: squares(box, m), middle, len(t))),
     )
 
 

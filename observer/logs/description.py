@@ -79,7 +79,6 @@ def load_recording(path: Path) -> Log:
         reference=samples.get("reference"),
         reference_sigma=reference.sigma if reference is not None else 0.0,
         auto=auto_keys(description),
-        origin=origin,
     )
     check_together(log, description, problems)
     problems.raise_if_any()

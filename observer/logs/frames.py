@@ -8,6 +8,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from observer.logs.recording import Samples
+from observer.sensor_models import rotation_of
 from services.messages import Array
 
 GRAVITY = 9.81
@@ -62,7 +63,8 @@ def rpy_of(R_BI: Array) -> tuple[float, float, float]:
 
 def matrix_of(rpy: tuple[float, float, float]) -> Array:
     """R_BI (3, 3) of roll, pitch, yaw [rad]."""
-    return np.asarray(Rotation.from_euler("xyz", rpy).as_matrix())
+    turned = rotation_of(rpy)
+    return np.eye(3) if turned is None else turned
 
 
 def in_B(imu: Samples, R_BI: Array) -> Samples:

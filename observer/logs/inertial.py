@@ -62,9 +62,6 @@ class Inertial:
 
     Attributes:
         mounting: how it sits.
-        gravity: mean specific force [m/s^2].
-        leak: how much of it is not along the vertical of ``mounting.R_BI``, along x, y of B
-            [m/s^2].
         gyro_noise: per sample, at rest [rad/s] ...
         gyro_rough: ... and over the whole recording, shaking included.
         accel_noise: likewise, of a horizontal axis [m/s^2].
@@ -74,8 +71,6 @@ class Inertial:
     """
 
     mounting: Mounting
-    gravity: float
-    leak: tuple[float, float]
     gyro_noise: Figure
     gyro_rough: float
     accel_noise: Figure
@@ -108,12 +103,9 @@ def inertial(imu: Samples, mounting: Mounting, found: list[Stand]) -> Inertial:
         found: what it reads while the platform stands.
     """
     none = untold("the platform never stands for 1.5 s")
-    force = np.mean(imu.values[:, 3:], axis=0)
     across = [rough(imu.t, imu.values[:, k]) for k in (3, 4)]
     return Inertial(
         mounting=mounting,
-        gravity=float(np.linalg.norm(force)),
-        leak=(float(force[0]), float(force[1])),
         gyro_noise=_middle([s.gyro_noise for s in found]) if found else none,
         gyro_rough=rough(imu.t, imu.values[:, 2]),
         accel_noise=_middle([s.accel_noise for s in found]) if found else none,

@@ -7,7 +7,7 @@ from typing import Literal
 
 from observer.logs.recording import Recording
 
-Severity = Literal["note", "warning", "error"]
+Severity = Literal["note", "warning"]
 
 
 @dataclass(frozen=True)
@@ -15,7 +15,7 @@ class Verdict:
     """One thing to know about a recording.
 
     Attributes:
-        severity: ``note`` (good to know), ``warning`` (results suffer) or ``error`` (unusable).
+        severity: ``note`` (good to know) or ``warning`` (results suffer).
         code: short name, stable, for programs.
         text: what is so, in plain words.
         advice: what to do about it; empty if nothing.
@@ -38,12 +38,10 @@ class Log(Recording):
         auto: keys of the description that are to be estimated, as ``odometry.delay``; what
             ``base`` says of those is a stand-in.
         findings: what was dropped, inferred or strange, in the order of the files.
-        origin: stamp that became t = 0 [s].
     """
 
     auto: frozenset[str] = frozenset()
     findings: tuple[Verdict, ...] = ()
-    origin: float = 0.0
 
 
 UNTOLD = frozenset({"odometry.delay", "speeds.delay"})

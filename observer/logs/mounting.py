@@ -51,15 +51,11 @@ class Looking:
     Attributes:
         yaw: by how much to turn what was given about the vertical, so that it is in B [rad].
         delay: odometry behind the accelerometer [s].
-        scale: specific force over acceleration of odometry; 1 if both are right.
-        explained: share of the accelerometer's squares (within the band) that motion explains.
         moved: acceleration of odometry in the band, root mean square [m/s^2].
     """
 
     yaw: Figure
     delay: Figure
-    scale: float = math.nan
-    explained: float = math.nan
     moved: float = math.nan
 
 
@@ -112,12 +108,9 @@ def look(
     late = _delay(lags, costs, k, squares, effective)
     at = delay if delay is not None else late.otherwise(float(lags[k]))
     factor, left = squares(at)
-    explained = 1.0 - float(np.sum(left)) / total
     return Looking(
         yaw=_yaw(factor, left, f, effective),
         delay=late,
-        scale=abs(factor),
-        explained=explained,
         moved=moved,
     )
 

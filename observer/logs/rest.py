@@ -34,7 +34,6 @@ class Stand:
         sigma: its standard deviation.
         gyro_noise: per sample [rad/s].
         accel_noise: per sample, of a horizontal axis [m/s^2].
-        force: mean of the accelerometer (3) [m/s^2].
     """
 
     start: float
@@ -43,7 +42,6 @@ class Stand:
     sigma: float
     gyro_noise: float
     accel_noise: float
-    force: Array
 
 
 def standing(wheels: Samples, pose: bool, resolution: tuple[float, float]) -> list[tuple[int, int]]:
@@ -106,7 +104,6 @@ def stands(
                 sigma=max(math.hypot(sd / math.sqrt(len(part)), noise / long), 1e-7),
                 gyro_noise=sd,
                 accel_noise=math.sqrt(0.5 * sum(_detrended(force[:, i]) ** 2 for i in (0, 1))),
-                force=np.mean(force, axis=0),
             )
         )
     if out:

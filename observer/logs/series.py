@@ -67,12 +67,11 @@ class Integral:
     Args:
         t: instants (n,) [s], increasing.
         values: (n,).
-        times: how often it is integrated.
     """
 
-    def __init__(self, t: Array, values: Array, times: int = 1) -> None:
+    def __init__(self, t: Array, values: Array) -> None:
         self.start, self.end = float(t[0]), float(t[-1])
-        self._spline = CubicSpline(t, values).antiderivative(times)
+        self._spline = CubicSpline(t, values).antiderivative()
 
     def __call__(self, t: Array) -> Array:
         """Integral from the first sample to ``t`` (any shape) [s]."""

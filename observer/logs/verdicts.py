@@ -20,7 +20,7 @@ SCATTER = 0.004
 """Scatter of odometry worth a warning [m]."""
 OFF = 0.005
 """A scale that differs from one by this is worth a word."""
-_ORDER: dict[Severity, int] = {"error": 0, "warning": 1, "note": 2}
+_ORDER: dict[Severity, int] = {"warning": 0, "note": 1}
 
 __all__ = ["Verdict", "verdicts"]
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from deploy.robot import MobileBase
-from observer.bench.world import World, simulate
+from observer.bench.world import simulate
 from observer.commands import STILL, CommandHistory
 from observer.logs.drive import SILENCE
 from observer.logs.innovations import innovations, measurements
@@ -19,8 +19,9 @@ from observer.logs.run import Track, collect, odometry_track, replay, span
 from observer.logs.score import align, score
 from observer.logs.tune import Tuning, tune
 from observer.observer import make_observer
-from services.messages import Array, BaseCommand, Imu, Odometry
+from services.messages import Array
 from services.replay_run import observer_for
+from tests.observer.logs_help import recorded
 
 
 def sway(t: float) -> tuple[float, float, float]:
@@ -29,38 +30,6 @@ def sway(t: float) -> tuple[float, float, float]:
         0.25 * math.sin(1.9 * t),
         0.25 * math.sin(1.3 * t + 1.0),
         0.3 * math.sin(1.0 * t + 2.0),
-    )
-
-
-def recorded(world: World) -> Recording:
-    """What a world said, as a recording."""
-
-    def samples(kind: type, values: list[Array], stamps: list[tuple[float, float]]) -> Samples:
-        t, arrival = np.array(stamps).T
-        return Samples(t, arrival, np.array(values))
-
-    found: dict[type, tuple[list[Array], list[tuple[float, float]]]] = {}
-    for arrival, m in world.arrivals:
-        if isinstance(m, Odometry):
-            value = m.pose
-        elif isinstance(m, Imu):
-            value = np.concatenate([m.gyro, m.accel])
-        else:
-            assert isinstance(m, BaseCommand)
-            value = np.array(m.velocity, dtype=float)
-        values, stamps = found.setdefault(type(m), ([], []))
-        values.append(value)
-        stamps.append((m.t, arrival))
-    odometry = samples(Odometry, *found[Odometry])
-    odometry.values[:, 2] = np.unwrap(odometry.values[:, 2])
-    truth = Samples(world.t[::5], world.t[::5], world.pose[::5])
-    return Recording(
-        "planar world",
-        world.robot,
-        odometry,
-        imu=samples(Imu, *found[Imu]),
-        commands=samples(BaseCommand, *found[BaseCommand]),
-        reference=truth,
     )
 
 
