@@ -117,7 +117,7 @@ def file_name(name: str) -> str:
 
 def _opened(log: Path) -> Recording:
     from deploy.tomlfile import BadFile
-    from services.replay import open_recording
+    from services.recordings import open_recording
     from services.runlog import BadLog
 
     try:

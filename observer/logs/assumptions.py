@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from deploy.robot import Imu, MobileBase, Odometry, Platform
-from observer.logs.columns import LogDescription
+from observer.logs.description import LogDescription
 from observer.logs.frames import axis_vector, level, rpy_of
 from observer.logs.recording import Samples
 

@@ -7,7 +7,7 @@ from itertools import combinations
 
 import numpy as np
 
-from observer.logs.columns import ImuColumns, LogDescription
+from observer.logs.description import ImuColumns, LogDescription
 from observer.logs.frames import GRAVITY, axis_vector, nearest_axis
 from observer.logs.log import Log
 from observer.logs.problems import Problems

@@ -15,7 +15,7 @@ from observer.logs.facts import Diagnosis, Wheels
 from observer.logs.frames import in_B
 from observer.logs.increments import Noise, Turns, of_pose, of_rate
 from observer.logs.inertial import inertial, mounting_of
-from observer.logs.mounting import look
+from observer.logs.looking import look
 from observer.logs.paths import distance_scale, error, gyro_heading, rebuilt
 from observer.logs.recording import Recording, Samples
 from observer.logs.resolution import resolution

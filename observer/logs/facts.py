@@ -11,7 +11,7 @@ from observer.logs.delay import TurnFit
 from observer.logs.drive import Drive
 from observer.logs.figure import Figure, untold
 from observer.logs.inertial import Inertial
-from observer.logs.mounting import Looking
+from observer.logs.looking import Looking
 from observer.logs.timing import Timing
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from observer.logs.figure import Figure, untold
 from observer.logs.frames import axis_vector, level, matrix_of, nearest_axis, turned
 from observer.logs.log import auto_of
-from observer.logs.mounting import Looking
+from observer.logs.looking import Looking
 from observer.logs.recording import Recording, Samples
 from observer.logs.rest import Stand, mean_bias, rough
 from services.messages import Array

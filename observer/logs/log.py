@@ -32,7 +32,7 @@ class Verdict:
 
 @dataclass(frozen=True)
 class Log(Recording):
-    """A recording read from files by `observer.logs.description.load_recording`.
+    """A recording read from files by `observer.logs.load.load_recording`.
 
     Attributes:
         auto: keys of the description that are to be estimated, as ``odometry.delay``; what

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from observer.logs.columns import TimeUnit
+from observer.logs.description import TimeUnit
 from observer.logs.problems import Problems
 from observer.logs.series import runs
 from observer.logs.table import Rows

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from deploy.tomlfile import BadFile
-from observer.logs.description import load_recording
+from observer.logs.load import load_recording
 from observer.logs.log import Log
 from observer.logs.problems import Problems
 from observer.logs.recording import Recording

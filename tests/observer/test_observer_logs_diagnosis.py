@@ -12,9 +12,9 @@ from scipy.spatial.transform import Rotation
 
 from observer.bench.manoeuvres import sway
 from observer.bench.world import simulate
-from observer.logs.description import load_recording
 from observer.logs.diagnosis import Diagnosis, diagnose
 from observer.logs.frames import in_B, level, matrix_of, rpy_of
+from observer.logs.load import load_recording
 from observer.logs.log import Log
 from observer.logs.prepare import prepare
 from observer.logs.recording import Recording, Samples

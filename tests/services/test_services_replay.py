@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from observer.logs.columns import LogDescription
+from observer.logs.description import LogDescription
 from observer.logs.facts import Diagnosis
 from observer.logs.parameters import parameters
 from observer.logs.prepare import speeds_of
@@ -25,7 +25,7 @@ from observer.observer import make_observer
 from services import replay_run
 from services.cli import app
 from services.provenance import provenance
-from services.replay import open_recording, recording_of
+from services.recordings import open_recording, recording_of
 from services.replay_pictures import track
 from services.replay_run import AT_ITS_STAMPS, replay_recording
 from services.replay_tune import Report, fragment

@@ -36,7 +36,7 @@ def open_recording(path: Path) -> Recording:
             raise BadLog(f"{path}: has several logs, name one of them: {names}")
         path = inside[0]
     if path.suffix == ".toml":
-        from observer.logs.description import load_recording
+        from observer.logs.load import load_recording
 
         return load_recording(path)
     if path.suffix != ".mcap":
