@@ -76,6 +76,7 @@ class Executive:
         self._desired = np.zeros(3)
         self._last = Step(None, np.zeros(3), np.zeros(3))
         self._felt = LowPass(TOUCH_FILTER)
+        self._stiffness = self.model.robot.pen.stiffness
         self._platform = PlatformMotion()
         self._t: float | None = None
         self._event = ""
@@ -218,6 +219,7 @@ class Executive:
             reach_margin=reach,
             desired=self._desired,
             velocity=self._last.velocity,
+            stiffness=self._stiffness,
         )
         self._run(context)
         objective = self._last.objective

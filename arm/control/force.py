@@ -36,26 +36,75 @@ class LowPass:
         return self.value
 
 
+class ContactObserver:
+    """Estimates the force at a springy tool, and how fast the surface comes towards it.
+
+    The force obeys F' = K (u + d): u is the speed with which the arm presses, d all it does not
+    know of, the error of the platform's velocity above all. A second-order observer with both
+    poles at one place follows F and d. Unlike a low-pass it adds no lag to what the arm does
+    itself, and what it learns of d can be taken out before it has become an error of the force.
+
+    Args:
+        stiffness: K of the tool along the direction [N/m].
+        cutoff: of both poles [Hz].
+    """
+
+    FASTEST = 40.0
+    """Above this cut-off the poles would meet the arm's own dynamics [Hz]."""
+    LOOSE = 0.1
+    """Below this force there is no contact to learn from [N]."""
+    MOST = 0.05
+    """Largest d believed [m/s]."""
+
+    def __init__(self, stiffness: float, cutoff: float) -> None:
+        self.stiffness = stiffness
+        self._pole = 2.0 * math.pi * min(cutoff, self.FASTEST)
+        self.force = 0.0
+        self.drift = 0.0
+
+    def begin(self, force: float) -> None:
+        """Start at a force [N], with nothing known of the surface."""
+        self.force, self.drift = force, 0.0
+
+    def step(self, measured: float, speed: float, dt: float) -> None:
+        """Take in the force measured [N] after ``dt`` [s] of pressing with ``speed`` [m/s]."""
+        K, keep = self.stiffness, math.exp(-self._pole * dt)
+        force = self.force + K * (speed + self.drift) * dt
+        innovation = measured - force
+        # both poles of the discrete observer at exp(-pole dt)
+        self.force = max(force + (1.0 - keep * keep) * innovation, 0.0)
+        drift = self.drift + (1.0 - keep) ** 2 / (K * dt) * innovation
+        self.drift = min(max(drift, -self.MOST), self.MOST) if self.force > self.LOOSE else 0.0
+
+
 class Force(Objective):
     """Presses along a direction with a reference force: the tip moves at gain times the error.
 
     The direct way, a torque for the force, fails on a geared arm: its friction is worth many
-    newtons at the tip. An admittance leaves friction to the position loop.
+    newtons at the tip. An admittance leaves friction to the position loop. With the tool's
+    stiffness known it also takes out the speed at which the surface is found to come and go.
 
     Args:
         direction: unit vector in O along which the tool presses, shape (3,).
         gain: tip speed per newton of error [m/s/N].
         acceleration: largest change of the tip's speed [m/s^2].
         ramp: largest change of the reference force [N/s].
+        observer: of the contact; None trusts the force measured as it comes.
     """
 
     def __init__(
-        self, direction: Array, gain: float, acceleration: float = 1.0, ramp: float = 4.0
+        self,
+        direction: Array,
+        gain: float,
+        acceleration: float = 1.0,
+        ramp: float = 4.0,
+        observer: ContactObserver | None = None,
     ) -> None:
         self.direction = direction
         self.gain = gain
         self.acceleration = acceleration
         self.ramp = ramp
+        self.observer = observer
         self.measured = 0.0
         self.reference = 0.0
         self._goal = 0.0
@@ -65,9 +114,11 @@ class Force(Objective):
         """Take over at the present force [N] and speed along the direction [m/s]."""
         self.measured = self.reference = measured
         self._speed = speed
+        if self.observer is not None:
+            self.observer.begin(measured)
 
     def press(self, goal: float, measured: float) -> None:
-        """Set the force wanted and the (filtered) force measured [N]."""
+        """Set the force wanted and the force measured [N]; filtered, if there is no observer."""
         self._goal = goal
         self.measured = measured
 
@@ -76,6 +127,9 @@ class Force(Objective):
         step = self.ramp * dt
         self.reference += min(max(self._goal - self.reference, -step), step)
         wanted = self.gain * (self.reference - self.measured)
+        if self.observer is not None:
+            self.observer.step(self.measured, self._speed, dt)
+            wanted = self.gain * (self.reference - self.observer.force) - self.observer.drift
         change = self.acceleration * dt
         self._speed += min(max(wanted - self._speed, -change), change)
         n = self.direction

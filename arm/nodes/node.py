@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
@@ -32,6 +32,8 @@ class Context:
         reach_margin: distance left before the arm is stretched out [m].
         desired: tip position last asked for, p_ST_S [m].
         velocity: and its velocity, shape (3,) [m/s].
+        contact: force of the tool on the world in O, not filtered, shape (3,) [N].
+        stiffness: of the tool along its axis [N/m].
     """
 
     dt: float
@@ -43,6 +45,8 @@ class Context:
     reach_margin: float
     desired: Array
     velocity: Array
+    contact: Array = field(default_factory=lambda: np.zeros(3))
+    stiffness: float = 800.0
 
     @property
     def tip(self) -> Array:
@@ -68,6 +72,11 @@ class Step:
         force: pressing force asked for [N], 0 for none.
         filtered: pressing force as the node's filter sees it [N].
         drawing: the pen is moving along a stroke.
+        part: which part of the node this is, for a node that changes its objective within; the
+            joints' rates fade in when it changes, and every part that draws is a stroke.
+        reason: why the event was raised, where its name does not say it all.
+        goal: where the platform is asked to be, X_OB as x, y [m], heading [rad]; None asks for
+            nothing.
     """
 
     objective: Composable | None
@@ -77,6 +86,9 @@ class Step:
     force: float = 0.0
     filtered: float = 0.0
     drawing: bool = False
+    part: int = 0
+    reason: str = ""
+    goal: Array | None = None
 
 
 class Control(Protocol):

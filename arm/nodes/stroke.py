@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from arm.control import Force, LowPass, Orientation, Position
+from arm.control import ContactObserver, Force, LowPass, Orientation, Position
 from arm.hds import Event, Parameter, ParameterValue
 from arm.nodes.filters import FILTER, filter_cutoff
 from arm.nodes.node import TIMEOUT, TIMEOUT_EVENT, TOOL_ON_BOARD, Clock, Context, Step
@@ -43,7 +43,8 @@ class Stroke:
         self._speed = float(values["Speed"])
         self._press = float(values["Force"])
         self._gain = float(values["FGain"])
-        self._filter = LowPass(filter_cutoff(int(values["Filter"])))
+        self._cutoff = filter_cutoff(int(values["Filter"]))
+        self._filter = LowPass(self._cutoff)
         self._clock = Clock(float(values["Timeout"]))
         self._drawn = 0.0
 
@@ -68,7 +69,8 @@ class Stroke:
         self._done = drawn
         self._profile = Profile(self.length() - drawn, self._speed, ACCELERATION)
         normal = -context.R_OS[:, 2]
-        self._force = Force(normal, self._gain)
+        observer = ContactObserver(context.stiffness, self._cutoff)
+        self._force = Force(normal, self._gain, observer=observer)
         self._force.begin(context.force, -context.velocity[2])
         self._steady = 0
         self._wait = Clock(SETTLE_TIME)
@@ -80,7 +82,7 @@ class Stroke:
     def update(self, context: Context) -> Step:
         """Finished at the end of the path."""
         force = self._filter.step(context.force, context.dt)
-        self._force.press(self._press, force)
+        self._force.press(self._press, context.force)
         if not self._moving:
             near = abs(force - self._press) < SETTLED
             self._steady = self._steady + 1 if near else 0
