@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from services import cli_requests
+from services import cli_program_look, cli_requests
 from services.cli_common import Json, show_json
 
 if TYPE_CHECKING:
@@ -23,6 +23,7 @@ for command in (
     cli_requests.stop,
     cli_requests.pause,
     cli_requests.resume,
+    *cli_program_look.COMMANDS,
 ):
     program.command()(command)
 

@@ -9,9 +9,11 @@ its node raises, then which node is entered.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from arm.hds.discrete import Discrete, Edge
+from arm.hds.discrete import Discrete, Edge, discrete
+from arm.hds.nodetype import Registry
+from arm.hds.program import Program
 from arm.hds.specification import ENTERED, FORBIDDEN, Happening, Rule, Specification
 
 
@@ -109,3 +111,36 @@ def _violation(
         states.append(pair[1])
         step = came[pair]
     return Violation(tuple(trace[::-1]), tuple(states[::-1]), rule)
+
+
+def verify_program(
+    program: Program, registry: Registry, spec: Specification, abort: bool = True
+) -> Verdict:
+    """The verdict on a checked program; ``abort`` False leaves out that Abort may happen."""
+    automaton = discrete(program, registry)
+    if not abort:
+        edges = tuple(edge for edge in automaton.edges if edge.kind != "abort")
+        automaton = replace(automaton, edges=edges)
+    return verify(automaton, {name: program.node(name).type for name in automaton.nodes}, spec)
+
+
+def render_verdict(program: Program, spec: Specification, verdict: Verdict) -> str:
+    """What people read: that it holds, or the shortest trace out of the specification."""
+    if verdict.violation is None:
+        lines = [f"{program.path} never leaves {spec.path}"]
+        lines += [
+            f"note: the program never brings '{name}' about; its rules say nothing here"
+            for name in verdict.unreached
+        ]
+        return "\n".join(lines)
+    found = verdict.violation
+    where = f"{spec.path}:{found.rule.line}"
+    what = ", ".join(str(symbol) for symbol in found.rule.symbols)
+    lines = [f"{where}: {program.path} leaves the specification: {what} is forbidden there"]
+    rows = [
+        (f"{edge.source} -[{edge.label}]-> {edge.target}", f"in state {state}")
+        for edge, state in zip(found.trace, found.states, strict=True)
+    ] or [(f"start in {program.initial}", f"in state {spec.initial}")]
+    width = max(len(row[0]) for row in rows)
+    lines += [f"  {i}. {a.ljust(width)}  {b}" for i, (a, b) in enumerate(rows, 1)]
+    return "\n".join(lines)

@@ -175,7 +175,7 @@ def _span(token: Token) -> Span:
 
 def _syntax(error: UnexpectedInput, report: Report) -> None:
     token = getattr(error, "token", None)
-    if token is not None and token.type == "$END" or error.line is None or error.line < 1:
+    if (token is not None and token.type == "$END") or error.line is None or error.line < 1:
         report.error("syntax", "the file ends inside a statement", report.end)
         return
     length = len(token) if token is not None else 1
