@@ -3,6 +3,7 @@
 from arm.hds.check import ProgramError, check_text, load
 from arm.hds.finding import Finding, render
 from arm.hds.nodetype import (
+    TERMINAL,
     TIME,
     Event,
     NodeType,
@@ -19,6 +20,7 @@ from arm.hds.units import Unit, UnitError, unit
 __all__ = [
     "ABORT",
     "END",
+    "TERMINAL",
     "TIME",
     "Automaton",
     "AutomatonError",

@@ -196,6 +196,9 @@ class NodeType:
         return next((q for q in self.offers if q.name == name), None)
 
 
+TERMINAL = NodeType("End", doc="End the program; its name says how it ended.", terminal=True)
+"""The type of a declared terminal node (``NAME = Failed; TYPE = End;``); in every registry."""
+
 Registry = Mapping[str, NodeType]
 """Node types by name, as the checker takes them."""
 
@@ -208,11 +211,11 @@ def registry(*types: NodeType, quantities: tuple[Quantity, ...] = ()) -> dict[st
         quantities: what whoever runs the nodes offers to guards in a node of any type.
 
     Raises:
-        ValueError: two types, or two quantities of one, have the same name.
+        ValueError: two types, or two quantities of one, have the same name; one is called ``End``.
     """
     made: dict[str, NodeType] = {}
     for node_type in types:
-        if node_type.name in made:
+        if node_type.name in made or node_type.name == TERMINAL.name:
             raise ValueError(f"two node types are called '{node_type.name}'")
         made[node_type.name] = replace(node_type, quantities=(*quantities, *node_type.quantities))
-    return made
+    return made | {TERMINAL.name: TERMINAL}
