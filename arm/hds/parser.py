@@ -154,7 +154,10 @@ def _read(tokens: list[Token], build: Build, report: Report) -> syntax.Statement
 
 def _report_junk(tokens: list[Token], build: Build, report: Report) -> bool:
     junk = [t for t in tokens if t.type in _JUNK]
+    foreign = 0
     for before, token in zip([None, *junk], junk, strict=False):
+        if token.line == foreign:
+            continue  # the rest of what was meant for a comment
         if token.type == "UNTERMINATED":
             message = "the string does not end on its line"
             report.error("unterminated-string", message, build.span(token), "close it with '\"'")
@@ -163,6 +166,7 @@ def _report_junk(tokens: list[Token], build: Build, report: Report) -> bool:
             known = unicodedata.name(char, f"U+{ord(char):04X}").lower()
             shown = f"'{char}'" if char.isprintable() else "character"
             help = "a comment starts with '%'" if char in "#/!" else ""
+            foreign = (token.line or 0) if help else foreign
             message = f"unexpected {shown} ({known})"
             report.error("unexpected-character", message, build.span(token), help)
     return bool(junk)

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from arm.hds import Event, NodeType, Parameter, Registry, registry
+from arm.hds import Event, NodeType, Parameter, Quantity, Registry, registry
 
 PAPER = """\
 BEGIN
@@ -107,6 +107,7 @@ def types() -> Registry:
         ),
         NodeType("Choose", (), (Event("Again"), Event("Done")), takes_time=False),
         NodeType("Rest", terminal=True),
+        quantities=(Quantity("Force", "N"), Quantity("Distance", "mm")),
     )
 
 
