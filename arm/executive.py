@@ -18,7 +18,7 @@ from arm.control.torque_law import Gains, TorqueLaw
 from arm.hds import Automaton, Program
 from arm.limits import Limits
 from arm.model import ArmModel
-from arm.nodes import REGISTRY, Context, Control, Step
+from arm.nodes import Context, Control, Step, Wait, build
 from arm.platform_motion import PlatformMotion
 from arm.recovery import AWAY, Retreat, Return, Station
 from arm.reference import JointReference
@@ -81,6 +81,12 @@ class Executive:
         self._t: float | None = None
         self._event = ""
         self._strokes = 0
+        self._entered = 0
+        self._drawn: tuple[int, int] | None = None
+        self._part = 0
+        self._goal: Array | None = None
+        self._goals = 0
+        self._note = ""
         self._status_due = 0.0
         self._changed = False
         self._ticks = 0
@@ -96,15 +102,20 @@ class Executive:
         """Run a checked program from its initial node.
 
         Raises:
-            ValueError: a program is running or interrupted, or the arm is stopped.
+            ValueError: a program is running or interrupted, the arm is stopped, or a node cannot
+                be made of its parameters.
         """
         if self.state not in ("idle", "finished"):
             raise ValueError(f"the arm is {self.state}{self._because()}; {self._way_out()}")
         if self._platform.problem:
             raise ValueError(f"no valid estimate yet: {self._platform.problem}")
+        for node in program.nodes.values():
+            if not node.terminal:  # what cannot be made is refused before anything moves
+                build(node, program)
         self._automaton = Automaton(program)
         self._automaton.start()
         self._strokes = 0
+        self._note = ""
         self._event = "start"
         self._go("running", "")
         self._start_node = True
@@ -113,6 +124,22 @@ class Executive:
     def sees(self) -> bool:
         """Whether there is a usable estimate of the platform."""
         return self._t is not None and not self._platform.problem
+
+    def signal(self, name: str) -> None:
+        """Tell the program of an event outside it.
+
+        Raises:
+            ValueError: no node waits for it now.
+        """
+        if self.state != "running" or not isinstance(self._node, Wait):
+            where = f" in {self._automaton.node.name}" if self._automaton else ""
+            raise ValueError(f"no node waits for an event: the arm is {self.state}{where}")
+        self._node.signal(name)
+
+    @property
+    def platform_pose(self) -> Array:
+        """Where the platform is taken to be: X_OB, shape (3,) [m, m, rad]."""
+        return self._platform.base.pose
 
     def pause(self) -> None:
         """Let go of the board and wait.
@@ -219,6 +246,7 @@ class Executive:
             reach_margin=reach,
             desired=self._desired,
             velocity=self._last.velocity,
+            contact=contact,
             stiffness=self._stiffness,
         )
         self._run(context)
@@ -291,12 +319,27 @@ class Executive:
         if self._control is None:
             self._last = Step(None, context.tip, np.zeros(3))
             return
-        self._last = self._control.update(context)
-        self._desired = self._last.desired
+        self._update(self._control, context)
         # what follows takes over within this tick; the language refuses cycles that take no time
         while self._last.event is not None and self._follow(self._last.event, context):
-            self._last = self._control.update(context)
-            self._desired = self._last.desired
+            self._update(self._control, context)
+
+    def _update(self, control: Control | Retreat | Return | Station, context: Context) -> None:
+        """Take one step of what is in control."""
+        step = self._last = control.update(context)
+        self._desired = step.desired
+        if step.part != self._part:
+            self._part = step.part
+            self._reference.switch()
+        if step.drawing and self._drawn != (self._entered, step.part):
+            self._drawn = (self._entered, step.part)
+            self._strokes += 1
+        if step.goal is None:
+            self._changed |= self._goal is not None
+        elif self._goal is None or (step.goal != self._goal).any():
+            self._goals += 1
+            self._changed = True
+        self._goal = step.goal
 
     def _follow(self, event: str, context: Context) -> bool:
         """Act on an event; returns whether there is something new in control."""
@@ -314,6 +357,7 @@ class Executive:
             return True
         if self.state == "running" and self._automaton is not None:
             self._event = event
+            self._note = self._last.reason
             self._automaton.fire(event)
             self._next_node(context)
             return True
@@ -331,11 +375,9 @@ class Executive:
             self._go("finished", "")
             return
         node = self._automaton.node
-        make = REGISTRY[node.type].make
-        assert make is not None
-        self._node = self._control = make(node.parameters)
-        if self._node.pressing:
-            self._strokes += 1
+        self._node = self._control = build(node, self._automaton.program)
+        self._entered += 1
+        self._part = 0
         self._node.enter(context)
 
     # --- interruptions ----------------------------------------------------------------------
@@ -390,7 +432,7 @@ class Executive:
         self._changed = False
         self._status_due = now + STATUS_PERIOD
         automaton = self._automaton
-        reason = self.reason
+        reason = self.reason or self._note
         if self.state in ("paused", "safe_hold") and automaton:
             reason = f"{reason}; interrupted in {automaton.node.name}: resume or stop the program"
         return ArmStatus(
@@ -408,4 +450,6 @@ class Executive:
             force_reference=self._last.force,
             reach_margin=self._reach,
             joint_margin=self._limits.joint_margin,
+            goal_number=0 if self._goal is None else self._goals,
+            goal=np.zeros(3) if self._goal is None else self._goal,
         )

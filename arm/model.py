@@ -21,11 +21,14 @@ class Base:
         pose: X_OB as x, y [m], heading [rad].
         velocity: V_OB_O, shape (3,).
         acceleration: A_OB_O, shape (3,).
+        steady: what of the velocity the acceleration accounts for, shape (3,): smoother than the
+            velocity, which is also bent so that the pose comes right; None is the velocity.
     """
 
     pose: Array
     velocity: Array
     acceleration: Array
+    steady: Array | None = None
 
     def after(self, dt: float) -> Base:
         """The motion ``dt`` [s] later, with the acceleration kept."""
@@ -49,6 +52,8 @@ class Kinematics:
         J: of the tip (linear, then angular velocity) in O by joint rates, shape (6, 6).
         drift: velocity of the tip in O that the platform alone causes, shape (6,).
         q: joint positions there, shape (6,) [rad].
+        steady: the drift that the platform's ``steady`` velocity causes, for what is sensitive to
+            velocity and not to pose; None is the drift.
     """
 
     p: Array
@@ -56,6 +61,7 @@ class Kinematics:
     J: Array
     drift: Array
     q: Array
+    steady: Array | None = None
 
 
 class ArmModel:
@@ -106,6 +112,7 @@ class ArmModel:
             J=J[:, ARM],
             drift=J[:, PLATFORM] @ base.velocity,
             q=q,
+            steady=None if base.steady is None else J[:, PLATFORM] @ base.steady,
         )
 
     def torque(self, feedforward: Array, feedback: Array, base_acceleration: Array) -> Array:
@@ -138,11 +145,16 @@ class ArmModel:
 
     def stretch(self) -> float:
         """Distance from shoulder to wrist at the state last placed [m]."""
+        wrist, shoulder = self.wrist_and_shoulder()
+        return float(np.linalg.norm(wrist - shoulder))
+
+    def wrist_and_shoulder(self) -> tuple[Array, Array]:
+        """Centres of wrist and shoulder in O at the state last placed, shapes (3,) [m]."""
         wrist, shoulder = (
             np.asarray(body.getWorldTransform().translation()).reshape(3)
             for body in (self._wrist, self._shoulder)
         )
-        return float(np.linalg.norm(wrist - shoulder))
+        return wrist, shoulder
 
     def joint_margin(self, q: Array) -> float:
         """Smallest distance of ``q`` to a joint limit [rad]; negative beyond it."""

@@ -23,6 +23,7 @@ for command in (
     cli_requests.stop,
     cli_requests.pause,
     cli_requests.resume,
+    cli_requests.event,
     *cli_program_look.COMMANDS,
 ):
     program.command()(command)

@@ -101,6 +101,16 @@ def pause(robot: Robot = "r1", run_dir: RunDir = None, json: Json = False) -> No
     request("arm", "pause", {}, robot, run_dir, json)
 
 
+def event(
+    name: Annotated[str, typer.Argument(help="The event a Wait node waits for.")],
+    robot: Robot = "r1",
+    run_dir: RunDir = None,
+    json: Json = False,
+) -> None:
+    """Tell the running program that something has happened."""
+    request("arm", "event", {"name": name}, robot, run_dir, json)
+
+
 def resume(robot: Robot = "r1", run_dir: RunDir = None, json: Json = False) -> None:
     """Resume a paused program."""
     request("arm", "resume", {}, robot, run_dir, json)

@@ -12,7 +12,7 @@ from arm.control import ContactObserver, Force, LowPass, Orientation, Position
 from arm.hds import Event, Parameter, ParameterValue
 from arm.nodes.filters import FILTER, filter_cutoff
 from arm.nodes.node import TIMEOUT, TIMEOUT_EVENT, TOOL_ON_BOARD, Clock, Context, Step
-from arm.nodes.profile import Profile
+from arm.nodes.profile import Profile, TimeLaw
 
 Array = NDArray[np.float64]
 
@@ -56,6 +56,10 @@ class Stroke:
         """At arc length ``s`` [m]: offset from the start in S and unit tangent, shapes (2,)."""
         raise NotImplementedError
 
+    def law(self, drawn: float) -> TimeLaw:
+        """How the path is run through from rest at arc length ``drawn`` [m]."""
+        return Profile(self.length() - drawn, self._speed, ACCELERATION)
+
     def enter(self, context: Context) -> None:
         """Start the path where the tip was asked to be."""
         self._start = context.desired[:2].copy()
@@ -67,7 +71,7 @@ class Stroke:
 
     def _begin(self, context: Context, drawn: float) -> None:
         self._done = drawn
-        self._profile = Profile(self.length() - drawn, self._speed, ACCELERATION)
+        self._profile = self.law(drawn)
         normal = -context.R_OS[:, 2]
         observer = ContactObserver(context.stiffness, self._cutoff)
         self._force = Force(normal, self._gain, observer=observer)

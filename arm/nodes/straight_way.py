@@ -1,0 +1,108 @@
+"""What every way to a point shares: straight in one frame, rest to rest, tool turning along."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from arm.control import Orientation, Position
+from arm.control.motion import GAIN
+from arm.hds import Event, Parameter, ParameterValue
+from arm.nodes.frames import Frame, frame_of, to_board
+from arm.nodes.node import TIMEOUT, TIMEOUT_EVENT, TOOL_ON_BOARD, Array, Clock, Context, Step
+from arm.nodes.profile import Profile
+
+ACCELERATION = 0.3
+"""Peak acceleration along the way [m/s^2]."""
+SETTLED = 1e-3
+"""Finished when the reference is this near to the target [m] ..."""
+SETTLE_TIME = 1.0
+"""... or this long after it should be: a poor estimate may never let it come near [s]."""
+STAY = float("inf")
+"""Default of what keeps its value when a program does not give it."""
+
+
+class StraightWay:
+    """A straight way in frame F, which a subclass names, along which the tool stays square.
+
+    Control law: orientation subject to position, both about a target that moves with F. Goal
+    region: the tip's reference within ``SETTLED`` of the target. Domain: way and target within
+    reach and clear of the board; nothing is checked against obstacles.
+
+    Args:
+        values: ``X``, ``Y``, ``Z`` in F, infinite to stay; ``Speed`` and ``Timeout``.
+    """
+
+    pressing = False
+    frame = "board"
+
+    def __init__(self, values: Mapping[str, ParameterValue]) -> None:
+        self._values = [float(values[axis]) for axis in ("X", "Y", "Z")]
+        self._speed = float(values["Speed"])
+        self._clock = Clock(float(values["Timeout"]))
+
+    def orientation(self, context: Context, frame: Frame) -> Array:
+        """R_FT to turn to, shape (3, 3)."""
+        return TOOL_ON_BOARD
+
+    def target(self, now: Array) -> Array:
+        """Where the way leads, in F [m], given where it was asked to be last, shapes (3,)."""
+        return np.array(
+            [v if np.isfinite(v) else d for v, d in zip(self._values, now, strict=True)]
+        )
+
+    def enter(self, context: Context) -> None:
+        """Plan from where the tip is; a coordinate that is not given stays."""
+        frame = frame_of(self.frame, context)
+        on_board = frame_of("board", context)
+        asked, _ = on_board.to_ground(context.desired, np.zeros(3))
+        self._start = frame.from_ground(context.kinematics.p)
+        self._goal = self.target(frame.from_ground(asked))
+        way = self._goal - self._start
+        length = float(np.linalg.norm(way))
+        self._direction = way / length if length > 0 else np.zeros(3)
+        self._left = length
+        self._after = 0.0
+        self._profile = Profile(length, self._speed, ACCELERATION)
+        self._position = Position(np.eye(3))
+        self._R_FT = self.orientation(context, frame)
+        self._orientation = Orientation(frame.R @ self._R_FT)
+
+    resume = enter
+
+    def update(self, context: Context) -> Step:
+        """Finished at the goal."""
+        frame = frame_of(self.frame, context)
+        s, v = self._profile.step(context.dt)
+        target, velocity = frame.to_ground(self._start + s * self._direction, v * self._direction)
+        self._position.track(target, velocity)
+        if frame.turn != 0.0:
+            # the objective has no rate of its own: aim ahead by what it lags behind
+            self._orientation.target = _about_vertical(frame.turn / GAIN) @ frame.R @ self._R_FT
+        self._left = float(np.linalg.norm(frame.from_ground(context.kinematics.p) - self._goal))
+        event = None
+        if self._profile.done:
+            self._after += context.dt
+            if self._left < SETTLED or self._after > SETTLE_TIME:
+                event = "Finished"
+        if self._clock.step(context.dt) and event is None:
+            event = "Timeout"
+        desired, rate = to_board(context, target, velocity)
+        return Step(self._orientation.subject_to(self._position), desired, rate, event)
+
+
+def _about_vertical(angle: float) -> Array:
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+SPEED = Parameter("Speed", unit="mm/s", lo=0.001, hi=0.5, default=0.1, doc="Along the way.")
+ENDING = (SPEED, TIMEOUT)
+"""Parameters of every way, after those of its target."""
+EVENTS = (Event("Finished", "The tip is at the pose."), TIMEOUT_EVENT)
+
+
+def coordinate(name: str, lo: float, hi: float, doc: str) -> Parameter:
+    """A coordinate of the target [m] that stays if it is not given."""
+    return Parameter(name, "mm", lo, hi, STAY, f"{doc}; stays if not given.")
