@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -11,12 +12,19 @@ from services.messages import Estimate
 
 ESTIMATE_AGE = 0.05
 """An estimate older than this is not to be trusted [s]."""
+STEADY = 0.3
+"""Time constant with which the steady velocity takes over the observer's corrections [s]."""
 FADE = 0.15
 """Time constant with which the platform's velocity fades once its estimate is gone [s]."""
 
 
 class PlatformMotion:
     """Follows the estimate; without a usable one, lets the last known motion fade to rest.
+
+    The observer bends its velocity so that its pose comes right without a step. A tool on a
+    surface feels these bends as force and has no use for the pose along the surface's normal. So
+    the motion carries a second, steady velocity: the acceleration, integrated, drawn to the
+    velocity with ``STEADY``.
 
     Attributes:
         base: the motion at the instant of the last ``follow``.
@@ -32,11 +40,20 @@ class PlatformMotion:
         self.problem = _unusable(now, estimate)
         if estimate is not None and not self.problem:
             known = Base(estimate.pose, estimate.velocity, estimate.acceleration)
-            self.base = known.after(now - estimate.t)
+            self.base = self._steadied(dt, known.after(now - estimate.t))
         else:
             velocity = self.base.velocity * math.exp(-dt / FADE)
             self.base = Base(self.base.pose + velocity * dt, velocity, np.zeros(3))
         return self.problem
+
+    def _steadied(self, dt: float, base: Base) -> Base:
+        """The motion with the steady velocity, which starts as the velocity."""
+        before = self.base.steady
+        if before is None:
+            return replace(base, steady=base.velocity)
+        steady = before + base.acceleration * dt
+        steady = steady + (base.velocity - steady) * -math.expm1(-dt / STEADY)
+        return replace(base, steady=steady)
 
 
 def _unusable(now: float, estimate: Estimate | None) -> str:

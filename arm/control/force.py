@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from arm.control.objective import Objective, Rows
+from arm.control.objective import Objective, Rows, edge
 from arm.model import Kinematics
 
 Array = NDArray[np.float64]
@@ -92,6 +92,8 @@ class Force(Objective):
         observer: of the contact; None trusts the force measured as it comes.
     """
 
+    name = "force"
+
     def __init__(
         self,
         direction: Array,
@@ -122,16 +124,78 @@ class Force(Objective):
         self._goal = goal
         self.measured = measured
 
+    def error(self, kinematics: Kinematics) -> Array:
+        """Reference less measured force, shape (1,) [N]."""
+        felt = self.measured if self.observer is None else self.observer.force
+        return np.array([self.reference - felt])
+
+    def jacobian(self, kinematics: Kinematics) -> Array:
+        """Of the tip's position along the direction."""
+        return self.direction[None, :] @ kinematics.J[:3]
+
     def rows(self, kinematics: Kinematics, dt: float) -> Rows:
-        """Speed along the direction, with ramped reference and bounded acceleration."""
+        """Speed along the direction, with ramped reference and bounded acceleration.
+
+        The platform's part is its steady velocity: what an observer bends its velocity by to
+        bring the pose right would be felt as force.
+        """
         step = self.ramp * dt
         self.reference += min(max(self._goal - self.reference, -step), step)
-        wanted = self.gain * (self.reference - self.measured)
-        if self.observer is not None:
+        if self.observer is None:
+            wanted = self.gain * (self.reference - self.measured)
+        else:
             self.observer.step(self.measured, self._speed, dt)
             wanted = self.gain * (self.reference - self.observer.force) - self.observer.drift
         change = self.acceleration * dt
         self._speed += min(max(wanted - self._speed, -change), change)
-        n = self.direction
-        rate = np.array([self._speed - float(n @ kinematics.drift[:3])])
-        return Rows(n[None, :] @ kinematics.J[:3], rate)
+        drift = kinematics.drift if kinematics.steady is None else kinematics.steady
+        rate = np.array([self._speed - float(self.direction @ drift[:3])])
+        return Rows(self.jacobian(kinematics), rate)
+
+
+class Moment(Objective):
+    """Turns the tool until the moment it feels about some axes is the reference.
+
+    An admittance as ``Force`` is, and for the same reason. With a reference of zero a palm lays
+    itself flat on what it presses (Φ_m of Platt et al., Eq 7).
+
+    Args:
+        axes: unit vectors in O about which the moment is controlled, shape (m, 3).
+        gain: angular speed per newton metre of error [rad/s/(N m)].
+        acceleration: largest change of the angular speed [rad/s^2].
+        tolerance: radius of the goal region [N m]; 0 keeps the objective always active.
+    """
+
+    name = "moment"
+
+    def __init__(
+        self, axes: Array, gain: float, acceleration: float = 2.0, tolerance: float = 0.0
+    ) -> None:
+        self.axes = axes
+        self.gain = gain
+        self.acceleration = acceleration
+        self.tolerance = tolerance
+        self.reference = np.zeros(len(axes))
+        self.measured = np.zeros(len(axes))
+        self._rate = np.zeros(len(axes))
+
+    def feel(self, moment: Array) -> None:
+        """Set the (filtered) moment of the tool on the world about the tip, in O, (3,) [N m]."""
+        self.measured = self.axes @ moment
+
+    def error(self, kinematics: Kinematics) -> Array:
+        """Reference less measured moment, shape (m,) [N m]."""
+        return self.reference - self.measured
+
+    def jacobian(self, kinematics: Kinematics) -> Array:
+        """Of the tool's angular velocity about the axes."""
+        return self.axes @ kinematics.J[3:]
+
+    def rows(self, kinematics: Kinematics, dt: float) -> Rows:
+        """Angular speed about the axes, with bounded acceleration."""
+        error = self.error(kinematics)
+        change = self.acceleration * dt
+        step = self.gain * error - self._rate
+        self._rate = self._rate + np.minimum(np.maximum(step, -change), change)
+        rate = self._rate - self.axes @ kinematics.drift[3:]
+        return Rows(self.jacobian(kinematics), rate, edge(error, self.tolerance))
