@@ -13,6 +13,7 @@ from services.cli_common import Json, fail, show_json
 
 if TYPE_CHECKING:
     from arm.hds import Program
+    from arm.hds.sketch import Sketch
 
 File = Annotated[Path, typer.Argument(help="A file, or a name in arm/programs.")]
 
@@ -91,6 +92,69 @@ def verify(
     raise typer.Exit(0 if verdict.holds else 1)
 
 
+def graph(
+    file: File,
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", help="Where to; without, standard output.")
+    ] = None,
+    format: Annotated[
+        str | None, typer.Option(help="svg, png, dot or mermaid; without, from the file's name.")
+    ] = None,
+    current: Annotated[str | None, typer.Option(help="Node to show as the current one.")] = None,
+) -> None:
+    """Draw a program; findings are red. One with errors is drawn as far as it can be read.
+
+    Exit code 1 if it has errors; the picture is written all the same.
+    """
+    from arm.hds.diagram import dot, mermaid
+    from arm.hds.svg import render
+
+    endings = {".svg": "svg", ".png": "png", ".dot": "dot", ".gv": "dot", ".mmd": "mermaid"}
+    kind = format or endings.get(out.suffix.lower() if out else ".svg", "")
+    if kind not in ("svg", "png", "dot", "mermaid"):
+        fail(f"no format {kind or out!s}. Known: svg, png, dot, mermaid; give --format", 2)
+    sketch, bad = _sketch(find(file))
+    names = [box.name for box in sketch.boxes]
+    if current is not None and current not in names:
+        from arm.hds.names import hint
+
+        fail(f"there is no node '{current}'; {hint(current, names)}", 2)
+    try:
+        if kind == "png":
+            from services.picture import write_png
+
+            if out is None:
+                fail("a PNG needs a file: -o picture.png", 2)
+            write_png(sketch, out, current)
+        else:
+            text = {"svg": render, "dot": dot, "mermaid": mermaid}[kind](sketch, current)
+            if out is None:
+                typer.echo(text, nl=False)
+            else:
+                out.write_text(text, encoding="utf-8")
+    except OSError as error:
+        fail(f"cannot write {out}: {error.strerror}")
+    if bad:
+        typer.echo(f"{file} has errors: steadyhand program check {file}", err=True)
+    raise typer.Exit(1 if bad else 0)
+
+
+def _sketch(file: Path) -> tuple[Sketch, bool]:
+    """What to draw of a file, and whether it has errors."""
+    from arm.hds import ProgramError, load
+    from arm.hds.broken import broken_sketch
+    from arm.hds.sketch import sketch
+    from arm.nodes import REGISTRY
+
+    try:
+        return sketch(load(file, REGISTRY), REGISTRY), False
+    except ProgramError as error:
+        text = file.read_text(encoding="utf-8", errors="replace")
+        return broken_sketch(text, str(file), error.findings), True
+    except OSError as error:
+        fail(f"cannot read {file}: {error.strerror}")
+
+
 def step(
     file: File,
     events: Annotated[
@@ -128,4 +192,4 @@ def step(
             return
 
 
-COMMANDS = (explain, verify, step)
+COMMANDS = (explain, verify, graph, step)

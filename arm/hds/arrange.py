@@ -107,6 +107,8 @@ def _ports(planned: Plan, layers: Layers) -> dict[tuple[int, str], float]:
         links.sort(key=lambda link: link[1].x)
         room = planned.items[item].width / 2 - PAD
         wanted = [max(-room, min(room, other.x - box.x)) for box, other, _ in links]
+        if planned.items[item].flag:
+            wanted = [0.0]
         places = [Slot(None, 0.0, weight=other.weight) for _, other, _ in links]
         apart(places, wanted, min(PORT, 2 * room / max(1, len(links) - 1)))
         for place, (_, _, number) in zip(places, links, strict=True):

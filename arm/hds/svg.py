@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from xml.sax.saxutils import escape, quoteattr
 
 from arm.hds.arrange import draw
-from arm.hds.drawing import LINE, LOOP, NAME, PAD, START, TEXT, Drawing, Placed, Route
+from arm.hds.drawing import LINE, LOOP, NAME, PAD, START, TEXT, Placed, Route
 from arm.hds.finding import Finding
 from arm.hds.nodetype import Registry
 from arm.hds.placing import finding_lines
@@ -196,11 +196,3 @@ def _flag(placed: Placed, current: str | None) -> str:
         f'<g class="flag{" end" if end else ""}"><g{shown}>{_rect(x, y, w, h, h / 2)}{inner}</g>'
         f"{text}</g>"
     )
-
-
-def drawing_of(
-    program: Program, types: Registry, findings: Iterable[Finding] = ()
-) -> tuple[Sketch, Drawing]:
-    """Sketch and drawing, for whoever draws them in another way."""
-    made = sketch(program, types, findings)
-    return made, draw(made)
