@@ -21,6 +21,7 @@ from arm.nodes import (
 )
 from arm.nodes.build import build_from
 from arm.nodes.node import Context, Control, Step
+from arm.nodes.quantities import QUANTITIES
 from arm.nodes.wait import Wait
 
 REGISTRY = registry(
@@ -38,6 +39,7 @@ REGISTRY = registry(
     whiteboard_path.TYPE,
     whiteboard_press.TYPE,
     whiteboard_wipe.TYPE,
+    quantities=QUANTITIES,
 )
 
 build = partial(build_from, REGISTRY)

@@ -67,3 +67,24 @@ def pointing(heading: float, elevation: float) -> Array:
     z = np.array([ce * ch, ce * sh, se])
     x = np.array([se * ch, se * sh, -ce])
     return np.column_stack([x, np.cross(z, x), z])
+
+
+def about(axis: Array, angle: float) -> Array:
+    """Rotation matrix of ``angle`` [rad] about a unit vector, shape (3, 3)."""
+    x, y, z = axis
+    K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.eye(3) + math.sin(angle) * K + (1.0 - math.cos(angle)) * (K @ K)
+
+
+def axis_angle(R: Array) -> tuple[Array, float]:
+    """Unit axis, shape (3,), and angle in 0 .. pi [rad] of a rotation matrix."""
+    w = 0.5 * np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
+    sine, cosine = float(np.linalg.norm(w)), 0.5 * (float(np.trace(R)) - 1.0)
+    angle = math.atan2(sine, cosine)
+    if sine > 1e-9:
+        return w / sine, angle
+    if cosine > 0.0:
+        return np.array([0.0, 0.0, 1.0]), 0.0
+    i = int(np.argmax(np.diagonal(R)))  # half a turn: R = 2 a a^T - 1
+    axis = 0.5 * (R[:, i] + np.eye(3)[:, i])
+    return axis / np.linalg.norm(axis), angle

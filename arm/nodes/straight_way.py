@@ -9,16 +9,21 @@ import numpy as np
 from arm.control import Orientation, Position
 from arm.control.motion import GAIN
 from arm.hds import Event, Parameter, ParameterValue
-from arm.nodes.frames import Frame, frame_of, to_board
+from arm.nodes.frames import Frame, about, axis_angle, frame_of, to_board
 from arm.nodes.node import TIMEOUT, TIMEOUT_EVENT, TOOL_ON_BOARD, Array, Clock, Context, Step
 from arm.nodes.profile import Profile
 
 ACCELERATION = 0.3
 """Peak acceleration along the way [m/s^2]."""
 SETTLED = 1e-3
-"""Finished when the reference is this near to the target [m] ..."""
+"""Finished when the reference is this near to the target [m], ..."""
+SETTLED_TURN = 0.01
+"""... and turned to within this [rad], ..."""
 SETTLE_TIME = 1.0
 """... or this long after it should be: a poor estimate may never let it come near [s]."""
+LEVER = 0.3
+"""A turn takes as long as a way of this length for each radian [m]."""
+UP: Array = np.array([0.0, 0.0, 1.0])
 STAY = float("inf")
 """Default of what keeps its value when a program does not give it."""
 
@@ -27,8 +32,8 @@ class StraightWay:
     """A straight way in frame F, which a subclass names, along which the tool stays square.
 
     Control law: orientation subject to position, both about a target that moves with F. Goal
-    region: the tip's reference within ``SETTLED`` of the target. Domain: way and target within
-    reach and clear of the board; nothing is checked against obstacles.
+    region: the reference within ``SETTLED`` and ``SETTLED_TURN`` of the target. Domain: way and
+    target within reach and clear of the board; nothing is checked against obstacles.
 
     Args:
         values: ``X``, ``Y``, ``Z`` in F, infinite to stay; ``Speed`` and ``Timeout``.
@@ -59,15 +64,16 @@ class StraightWay:
         asked, _ = on_board.to_ground(context.desired, np.zeros(3))
         self._start = frame.from_ground(context.kinematics.p)
         self._goal = self.target(frame.from_ground(asked))
-        way = self._goal - self._start
-        length = float(np.linalg.norm(way))
-        self._direction = way / length if length > 0 else np.zeros(3)
-        self._left = length
+        self._R_start = frame.R.T @ context.kinematics.R
+        self._R_goal = self.orientation(context, frame)
+        self._axis, self._angle = axis_angle(self._R_start.T @ self._R_goal)
+        self._way = self._goal - self._start
+        # one profile for way and turn, along the longer of them
+        self._length = max(float(np.linalg.norm(self._way)), LEVER * self._angle, 1e-9)
         self._after = 0.0
-        self._profile = Profile(length, self._speed, ACCELERATION)
+        self._profile = Profile(self._length, self._speed, ACCELERATION)
         self._position = Position(np.eye(3))
-        self._R_FT = self.orientation(context, frame)
-        self._orientation = Orientation(frame.R @ self._R_FT)
+        self._orientation = Orientation(frame.R @ self._R_start)
 
     resume = enter
 
@@ -75,26 +81,28 @@ class StraightWay:
         """Finished at the goal."""
         frame = frame_of(self.frame, context)
         s, v = self._profile.step(context.dt)
-        target, velocity = frame.to_ground(self._start + s * self._direction, v * self._direction)
+        share, rate = s / self._length, v / self._length
+        target, velocity = frame.to_ground(self._start + share * self._way, rate * self._way)
         self._position.track(target, velocity)
-        if frame.turn != 0.0:
-            # the objective has no rate of its own: aim ahead by what it lags behind
-            self._orientation.target = _about_vertical(frame.turn / GAIN) @ frame.R @ self._R_FT
-        self._left = float(np.linalg.norm(frame.from_ground(context.kinematics.p) - self._goal))
+        # the objective has no rate of its own: aim ahead by what it would lag behind
+        ahead = min(share + rate / GAIN, 1.0)
+        R_FT = self._R_start @ about(self._axis, ahead * self._angle)
+        self._orientation.target = about(UP, frame.turn / GAIN) @ frame.R @ R_FT
         event = None
         if self._profile.done:
             self._after += context.dt
-            if self._left < SETTLED or self._after > SETTLE_TIME:
+            if self._near(context, frame) or self._after > SETTLE_TIME:
                 event = "Finished"
         if self._clock.step(context.dt) and event is None:
             event = "Timeout"
-        desired, rate = to_board(context, target, velocity)
-        return Step(self._orientation.subject_to(self._position), desired, rate, event)
+        desired, speed = to_board(context, target, velocity)
+        return Step(self._orientation.subject_to(self._position), desired, speed, event)
 
-
-def _about_vertical(angle: float) -> Array:
-    c, s = np.cos(angle), np.sin(angle)
-    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    def _near(self, context: Context, frame: Frame) -> bool:
+        """Whether the reference is in the goal region."""
+        away = float(np.linalg.norm(frame.from_ground(context.kinematics.p) - self._goal))
+        turned = axis_angle(context.kinematics.R.T @ frame.R @ self._R_goal)[1]
+        return away < SETTLED and turned < SETTLED_TURN
 
 
 SPEED = Parameter("Speed", unit="mm/s", lo=0.001, hi=0.5, default=0.1, doc="Along the way.")

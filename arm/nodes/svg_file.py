@@ -82,12 +82,12 @@ def _flatten(path: SvgPath, flatness: float) -> Array:
     for segment in path:
         if isinstance(segment, Move):
             continue
-        start, end = complex(segment.start), complex(segment.end)
+        start, end = _complex(segment.start), _complex(segment.end)
         if not points:
             points.append(start)
         if not isinstance(segment, (Line, Close)):
             # four pieces at least: the middle of an S lies on its chord
-            marks = [(k / 4.0, complex(segment.point(k / 4.0))) for k in range(5)]
+            marks = [(k / 4.0, _complex(segment.point(k / 4.0))) for k in range(5)]
             for (a, p), (b, q) in pairwise(marks):
                 _halve(segment, a, b, p, q, flatness, DEEPEST, points)
         points.append(end)
@@ -106,7 +106,7 @@ def _halve(
 ) -> None:
     """Append the curve from ``a`` (at p) to ``b`` (at q), p left out."""
     middle = 0.5 * (a + b)
-    m = complex(segment.point(middle))
+    m = _complex(segment.point(middle))
     chord, first, second = q - p, m - p, q - m
     if deep > 0 and abs(first) > 0 and abs(second) > 0:
         away = abs((chord.conjugate() * first).imag) / abs(chord) if abs(chord) > 0 else abs(first)
@@ -120,3 +120,7 @@ def _halve(
 
 def _angle(z: complex) -> float:
     return math.atan2(z.imag, z.real)
+
+
+def _complex(point: Any) -> complex:
+    return complex(float(point.x), float(point.y))
