@@ -52,6 +52,8 @@ def write_png(sketch: Sketch, file: Path, current: str | None = None) -> None:
 
 
 def _colour(arrow: Arrow, line: str) -> str:
+    if arrow.findings:
+        return _RED
     if arrow.faint:
         return "#8a94a0"
     return "#1f5c99" if "<" in line or ">" in line else "#222"

@@ -126,8 +126,9 @@ def components(ways: Ways) -> list[list[str]]:
                 if work:
                     low[work[-1][0]] = min(low[work[-1][0]], low[name])
                 if low[name] == index[name]:
-                    part = stack[stack.index(name) :]
-                    del stack[stack.index(name) :]
+                    part = [stack.pop()]
+                    while part[-1] != name:
+                        part.append(stack.pop())
                     on_stack.difference_update(part)
                     found.append(part)
     return found

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from arm.hds.drawing import GAP, GUTTER, MARGIN, PAD, PORT, ROW, TRACK, Drawing, Placed, Route
+from arm.hds.drawing import GAP, GUTTER, MARGIN, PAD, PORT, ROW, TOP, TRACK, Drawing, Placed, Route
 from arm.hds.fold import Column, Row, fold
 from arm.hds.layout import Layers, Slot, apart, layered
 from arm.hds.placing import Plan, plan
@@ -15,6 +15,8 @@ Path = list[tuple[str, float, float]]
 
 def draw(sketch: Sketch) -> Drawing:
     """The drawing of a sketch."""
+    if not sketch.boxes:
+        return Drawing(sketch.title, 320.0, TOP + MARGIN, (), (), (), (), ())
     planned = plan(sketch)
     widths = [item.width + 2 * item.beside for item in planned.items]
     labels = [planned.links[upper][1] for _, upper, _, up in planned.ways if up]

@@ -33,10 +33,12 @@ text {{ font: {TEXT}px "DejaVu Sans", Verdana, Arial, sans-serif; fill: #222; }}
 .edge path {{ fill: none; stroke: #5a6b80; stroke-width: 1.3; stroke-linejoin: round; }}
 .edge path.head {{ fill: #5a6b80; stroke: none; }}
 .edge.bad path {{ stroke: #c00000; }}
+.edge.bad path.head {{ fill: #c00000; stroke: none; }}
 .edge.faint path {{ stroke-dasharray: 2 4; stroke: #9aa5b1; }}
 .label rect {{ fill: #fff; }}
 .label.faint text {{ fill: #8a94a0; text-decoration: line-through; }}
 .guard {{ font-style: italic; fill: #1f5c99; }}
+.label.bad text {{ fill: #c00000; }}
 .start {{ fill: #222; stroke: #222; stroke-width: 1.3; }}
 """
 
