@@ -15,10 +15,11 @@ from numpy.typing import NDArray
 
 from arm.control import LowPass, solve
 from arm.control.torque_law import Gains, TorqueLaw
-from arm.hds import Automaton, Program
+from arm.hds import ABORT, Automaton, Program
 from arm.limits import Limits
 from arm.model import ArmModel
 from arm.nodes import Context, Control, Step, Wait, build
+from arm.nodes.quantities import quantities
 from arm.platform_motion import PlatformMotion
 from arm.recovery import AWAY, Retreat, Return, Station
 from arm.reference import JointReference
@@ -81,6 +82,8 @@ class Executive:
         self._t: float | None = None
         self._event = ""
         self._strokes = 0
+        self._in_node = 0.0
+        self._new_node = False
         self._entered = 0
         self._drawn: tuple[int, int] | None = None
         self._part = 0
@@ -168,6 +171,60 @@ class Executive:
         self._take(Return(self._interrupted.desired, self._interrupted.pressing))
         self._go("resuming", "")
 
+    def jump(self, node: str) -> None:
+        """Let an interrupted program go on in another of its nodes once it is resumed.
+
+        Nothing moves before. The node is entered anew; one that presses is entered where the pen
+        pressed when the program was interrupted, after it was put back there.
+
+        Raises:
+            ValueError: the program is not interrupted, has no such node, or the node would press
+                where nothing was touched.
+        """
+        automaton = self._halted()
+        if node not in automaton.program.nodes:
+            known = ", ".join(automaton.program.nodes)
+            raise ValueError(f"there is no node {node!r} to jump to; there are: {known}")
+        self._redirect("jump", node)
+        automaton.reset(node)
+
+    def follow(self, event: str) -> None:
+        """Let an interrupted program go on, once resumed, as if its node had raised an event.
+
+        Raises:
+            ValueError: as for ``jump``, or the node does not handle the event.
+        """
+        automaton = self._halted()
+        node = automaton.node
+        targets = {} if node.terminal else {**node.transitions, ABORT: automaton.program.abort}
+        if event not in targets:
+            known = ", ".join(targets) or "none"
+            raise ValueError(f"{node.name} does not handle {event!r}; it handles: {known}")
+        self._redirect(event, targets[event])
+        automaton.fire(event)
+
+    def _halted(self) -> Automaton:
+        """The interrupted program."""
+        if self.state not in ("paused", "safe_hold") or self._automaton is None:
+            raise ValueError(f"the arm is {self.state}{self._because()}; pause its program first")
+        return self._automaton
+
+    def _redirect(self, event: str, target: str) -> None:
+        """Make sure that a node may be entered when the program is resumed, and have it so."""
+        automaton = self._halted()
+        node = automaton.program.node(target)
+        presses = not node.terminal and build(node, automaton.program).pressing
+        if presses and (self._interrupted is None or not self._interrupted.pressing):
+            raise ValueError(
+                f"{target} presses on the board, and the pen is not on it; "
+                "jump to the node that brings it there"
+            )
+        if not presses:
+            self._interrupted = None  # no need to go back to where it was
+        self._node = None
+        self._event = event
+        self._go(self.state, f"goes on in {target}")
+
     def stop(self) -> None:
         """Give the program up, let go of the board, hold still."""
         if self.state == "protective_stop":
@@ -175,6 +232,29 @@ class Executive:
         self._let_go(keep_place=self.sees)
         self._drop_program()
         self._go("idle", "stopped by request")
+
+    def abort(self) -> None:
+        """Go to the program's abort node, from whatever node it is in or was interrupted in.
+
+        Raises:
+            ValueError: no program is running or interrupted, or there is no valid estimate.
+        """
+        if self.state not in ("running", "resuming", "paused", "safe_hold"):
+            raise ValueError(f"no program to abort: the arm is {self.state}{self._because()}")
+        if self._automaton is None:
+            raise ValueError("no program to abort: it was never begun")
+        if self._platform.problem:
+            raise ValueError(f"cannot go on yet: {self._platform.problem}; stop instead")
+        self._automaton.fire(ABORT)
+        self._event = ABORT
+        self._interrupted = None
+        if self._automaton.finished:
+            self._let_go(keep_place=True)
+            self._node = None
+            self._go("finished", "aborted")
+            return
+        self._start_node = True
+        self._go("running", "")
 
     def protective_stop(self, reason: str) -> None:
         """Stop now; only ``reset`` leads out."""
@@ -305,6 +385,7 @@ class Executive:
 
     def _run(self, context: Context) -> None:
         """Step what is in control, and follow its events."""
+        self._new_node = False
         if self._start_node:
             self._start_node = False
             context.desired = context.tip
@@ -320,6 +401,8 @@ class Executive:
             self._last = Step(None, context.tip, np.zeros(3))
             return
         self._update(self._control, context)
+        if self._guarded(context):
+            self._update(self._control, context)
         # what follows takes over within this tick; the language refuses cycles that take no time
         while self._last.event is not None and self._follow(self._last.event, context):
             self._update(self._control, context)
@@ -347,6 +430,11 @@ class Executive:
         if self.state == "resuming" and event == "Out_of_Reach":
             self._interrupt("safe_hold", "the board is not where it was")
             return False
+        if self.state == "resuming" and self._node is None:  # it was told to go on elsewhere
+            self._interrupted = None
+            self._go("running", "")
+            self._next_node(context)
+            return True
         if self.state == "resuming" and self._node is not None:
             self._control = self._node
             self._node.resume(context)
@@ -363,9 +451,27 @@ class Executive:
             return True
         return False
 
+    def _guarded(self, context: Context) -> bool:
+        """Follow a guard that holds, unless the node is new or has raised an event."""
+        automaton = self._automaton
+        if self.state != "running" or automaton is None or self._new_node:
+            return False
+        self._in_node += context.dt
+        if self._last.event is not None or not automaton.guards:
+            return False
+        values = quantities(context, self._last, self._in_node, self._felt.value)
+        if automaton.check_guards(values) is None:
+            return False
+        self._event = automaton.history[-1].event
+        context.desired = self._desired
+        self._next_node(context)
+        return True
+
     def _next_node(self, context: Context) -> None:
         """Enter the automaton's current node."""
         assert self._automaton is not None
+        self._in_node = 0.0
+        self._new_node = True
         self._changed = True
         self._reference.switch()
         if self._automaton.finished:

@@ -21,6 +21,7 @@ program = typer.Typer(
 for command in (
     cli_requests.start,
     cli_requests.stop,
+    cli_requests.abort,
     cli_requests.pause,
     cli_requests.resume,
     cli_requests.event,
