@@ -24,6 +24,8 @@ for command in (
     cli_requests.abort,
     cli_requests.pause,
     cli_requests.resume,
+    cli_requests.jump,
+    cli_requests.follow,
     cli_requests.event,
     *cli_program_look.COMMANDS,
 ):
@@ -38,6 +40,7 @@ def check(
     """Check programs: all findings at once; exit code 1 if one of them must not run."""
     from arm.hds import Finding, ProgramError, load, render
     from arm.nodes import REGISTRY
+    from arm.nodes.build import unusable
     from deploy.task import find_program
     from deploy.tomlfile import BadFile
 
@@ -45,7 +48,8 @@ def check(
     for name in files:
         try:
             file = name if name.is_file() else find_program(str(name))
-            found += load(file, REGISTRY).warnings
+            made = load(file, REGISTRY)
+            found += [*made.warnings, *unusable(REGISTRY, made)]
         except ProgramError as error:
             found += error.findings
         except (BadFile, OSError) as error:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-from arm.hds import Node, NodeType, ParameterValue, Program
+from arm.hds import Finding, Node, NodeType, ParameterValue, Program
 from arm.nodes.node import Control
 from deploy.task import PROGRAMS
 
@@ -58,3 +58,16 @@ def build_from(types: Mapping[str, NodeType], node: Node, program: Program) -> C
         return make_control(types[node.type], node.parameters, beside)
     except ValueError as error:
         raise ValueError(f"node {node.name}: {error}") from None
+
+
+def unusable(types: Mapping[str, NodeType], program: Program) -> list[Finding]:
+    """What is wrong with a checked program that only shows when its nodes are made."""
+    found = []
+    for node in program.nodes.values():
+        try:
+            if not node.terminal:
+                build_from(types, node, program)
+        except ValueError as error:
+            text = str(error)
+            found.append(Finding("error", "unusable", text, program.path, node.line, 1, 0))
+    return found

@@ -10,11 +10,11 @@ import numpy as np
 from arm.hds import Event, NodeType, Parameter, ParameterValue
 from arm.nodes.node import TIMEOUT, TIMEOUT_EVENT, Clock, Context, Step
 
-NEAR = 0.01
+NEAR = 0.015
 """Arrived within this distance of the goal [m], ..."""
-NEAR_HEADING = 0.02
+NEAR_HEADING = 0.03
 """... turned to it within this [rad], ..."""
-STILL = 0.01
+STILL = 0.03
 """... no faster than this [m/s, rad/s] ..."""
 STILL_TIME = 0.3
 """... for this long [s]."""
@@ -32,9 +32,9 @@ class DriveTo:
     and a base that refuses, is stopped or dies looks the same as one that is in the way of
     something. Its own status says which.
 
-    Control law: none, the joints' rates are zero. Goal region: the platform within 10 mm and
-    0.02 rad of the goal, at rest for 0.3 s. Domain: the pen off the board, the way free for the
-    platform and for the arm as it is held.
+    Control law: none, the joints' rates are zero. Goal region: the platform within 15 mm and
+    0.03 rad of the goal, no faster than 0.03 m/s for 0.3 s. Domain: the pen off the board, the way
+    free for the platform and for the arm as it is held.
     """
 
     pressing = False
