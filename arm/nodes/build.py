@@ -7,7 +7,8 @@ from pathlib import Path
 
 from arm.hds import Finding, Node, NodeType, ParameterValue, Program
 from arm.nodes.node import Control
-from deploy.task import PROGRAMS
+
+PROGRAMS = Path(__file__).parent.parent / "programs"
 
 FILE = "File"
 """A word parameter of this name is a file, beside the program or in arm/programs."""

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from arm.hds import Event, NodeType, Parameter, ParameterValue
+from arm.hds import Event, NodeType, Parameter, ParameterValue, Quantity
 from arm.nodes.node import TIMEOUT, TIMEOUT_EVENT, Clock, Context, Step
 
 NEAR = 0.015
@@ -72,8 +72,11 @@ class DriveTo:
             event = "Timeout"
         goal = None if event else self.goal
         tip = context.tip
-        return Step(None, tip, np.zeros(3), event, reason=reason, goal=goal)
+        measures = {TO_GO.name: distance}
+        return Step(None, tip, np.zeros(3), event, reason=reason, goal=goal, measures=measures)
 
+
+TO_GO = Quantity("To_go", "mm", "Of the platform to the goal, straight.")
 
 TYPE = NodeType(
     "Drive_to",
@@ -90,4 +93,5 @@ TYPE = NodeType(
     ),
     doc="Have the platform drive to a pose.",
     make=DriveTo,
+    quantities=(TO_GO,),
 )

@@ -9,7 +9,7 @@ import numpy as np
 from arm.hds import NodeType, Parameter, ParameterValue
 from arm.nodes.frames import Frame, pointing
 from arm.nodes.node import Array, Context
-from arm.nodes.straight_way import ENDING, EVENTS, STAY, StraightWay, coordinate
+from arm.nodes.straight_way import ENDING, EVENTS, STAY, TO_GO, StraightWay, coordinate
 
 
 class GotoGround(StraightWay):
@@ -55,6 +55,7 @@ TYPE = NodeType(
         *ENDING,
     ),
     events=EVENTS,
+    quantities=(TO_GO,),
     doc="Bring the tip to a point of the ground frame.",
     make=GotoGround,
 )

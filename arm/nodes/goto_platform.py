@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from arm.hds import NodeType
 from arm.nodes.goto_ground import DIRECTION, GotoGround
-from arm.nodes.straight_way import ENDING, EVENTS, coordinate
+from arm.nodes.straight_way import ENDING, EVENTS, TO_GO, coordinate
 
 
 class GotoPlatform(GotoGround):
@@ -28,6 +28,7 @@ TYPE = NodeType(
         *ENDING,
     ),
     events=EVENTS,
+    quantities=(TO_GO,),
     doc="Bring the tip to a point of the platform's frame.",
     make=GotoPlatform,
 )

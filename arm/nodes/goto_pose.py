@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from arm.hds import NodeType
-from arm.nodes.straight_way import ENDING, EVENTS, StraightWay, coordinate
+from arm.nodes.straight_way import ENDING, EVENTS, TO_GO, StraightWay, coordinate
 
 
 class GotoPose(StraightWay):
@@ -25,6 +25,7 @@ TYPE = NodeType(
         *ENDING,
     ),
     events=EVENTS,
+    quantities=(TO_GO,),
     doc="Bring the tip to a point over the board.",
     make=GotoPose,
 )

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from arm.control import LowPass, Orientation, Position
-from arm.hds import Event, NodeType, Parameter, ParameterValue
+from arm.hds import Event, NodeType, Parameter, ParameterValue, Quantity
 from arm.nodes.filters import FILTER, filter_cutoff
 from arm.nodes.frames import FRAMES, frame_of, to_board
 from arm.nodes.node import TIMEOUT, TIMEOUT_EVENT, Array, Clock, Context, Step
@@ -87,10 +87,12 @@ class GuardedMove:
             event = "Timeout"
         desired, rate = to_board(context, target, velocity)
         objective = self._orientation.subject_to(self._position)
-        return Step(objective, desired, rate, event, filtered=force)
+        measures = {GONE.name: self._gone}
+        return Step(objective, desired, rate, event, filtered=force, measures=measures)
 
 
 THRESHOLD = Parameter("Force", "cN", 0.2, 20.0, doc="Filtered force that means contact.")
+GONE = Quantity("Gone", "mm", "The way so far.")
 SPEED = Parameter("Speed", "mm/s", 0.001, 0.1, 0.02, "Towards the contact.")
 
 TYPE = NodeType(
@@ -114,4 +116,5 @@ TYPE = NodeType(
     ),
     doc="Move in a direction until something is touched.",
     make=GuardedMove,
+    quantities=(GONE,),
 )

@@ -12,7 +12,11 @@ from arm.nodes.node import TOOL_ON_BOARD, Clock, Context, Step
 
 
 class Hold:
-    """Position and orientation kept in the board's frame, whatever the platform does."""
+    """Position and orientation kept in the board's frame, whatever the platform does.
+
+    Control law: orientation (pen square on the board) subject to position, both standing still in
+    S. Goal region: ``Time`` has passed. Domain: the point within reach for as long as that.
+    """
 
     pressing = False
 

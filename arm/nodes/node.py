@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from arm.control import Composable
 from arm.hds import Event, Parameter
-from arm.model import Base, Kinematics
+
+if TYPE_CHECKING:
+    from arm.control import Composable
+    from arm.model import Base, Kinematics
 
 Array = NDArray[np.float64]
 
@@ -77,6 +80,7 @@ class Step:
         reason: why the event was raised, where its name does not say it all.
         goal: where the platform is asked to be, X_OB as x, y [m], heading [rad]; None asks for
             nothing.
+        measures: the quantities of this type's own that guards may look at [SI].
     """
 
     objective: Composable | None
@@ -89,6 +93,7 @@ class Step:
     part: int = 0
     reason: str = ""
     goal: Array | None = None
+    measures: Mapping[str, float] = field(default_factory=dict)
 
 
 class Control(Protocol):

@@ -19,6 +19,8 @@ QUANTITIES = (
 def quantities(context: Context, step: Step, time: float, force: float) -> dict[str, float]:
     """The values now [SI].
 
+    Those that the node's type declares beside these are in the step.
+
     Args:
         context: of this tick.
         step: what the node answered at it.
@@ -31,4 +33,5 @@ def quantities(context: Context, step: Step, time: float, force: float) -> dict[
         "Distance": float(context.tip[2]),
         "Speed": math.hypot(*step.velocity),
         "Reach_margin": context.reach_margin,
+        **step.measures,
     }

@@ -8,7 +8,7 @@ import numpy as np
 
 from arm.hds import NodeType, Parameter, ParameterValue
 from arm.nodes.node import Array
-from arm.nodes.straight_way import ENDING, EVENTS, STAY, StraightWay
+from arm.nodes.straight_way import ENDING, EVENTS, STAY, TO_GO, StraightWay
 
 
 class Retract(StraightWay):
@@ -37,6 +37,7 @@ TYPE = NodeType(
         *ENDING,
     ),
     events=EVENTS,
+    quantities=(TO_GO,),
     doc="Take the tip straight away from the board.",
     make=Retract,
 )

@@ -8,7 +8,7 @@ import numpy as np
 
 from arm.control import Orientation, Position
 from arm.control.motion import GAIN
-from arm.hds import Event, Parameter, ParameterValue
+from arm.hds import Event, Parameter, ParameterValue, Quantity
 from arm.nodes.frames import Frame, about, axis_angle, frame_of, to_board
 from arm.nodes.node import TIMEOUT, TIMEOUT_EVENT, TOOL_ON_BOARD, Array, Clock, Context, Step
 from arm.nodes.profile import Profile
@@ -96,7 +96,10 @@ class StraightWay:
         if self._clock.step(context.dt) and event is None:
             event = "Timeout"
         desired, speed = to_board(context, target, velocity)
-        return Step(self._orientation.subject_to(self._position), desired, speed, event)
+        left = self._profile.length - s
+        measures = {TO_GO.name: left}
+        objective = self._orientation.subject_to(self._position)
+        return Step(objective, desired, speed, event, measures=measures)
 
     def _near(self, context: Context, frame: Frame) -> bool:
         """Whether the reference is in the goal region."""
@@ -109,6 +112,10 @@ SPEED = Parameter("Speed", unit="mm/s", lo=0.001, hi=0.5, default=0.1, doc="Alon
 ENDING = (SPEED, TIMEOUT)
 """Parameters of every way, after those of its target."""
 EVENTS = (Event("Finished", "The tip is at the pose."), TIMEOUT_EVENT)
+
+
+TO_GO = Quantity("To_go", "mm", "Of the way to the target; a turn counts 0.3 m for each radian.")
+"""What a way offers to guards."""
 
 
 def coordinate(name: str, lo: float, hi: float, doc: str) -> Parameter:

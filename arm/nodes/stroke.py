@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arm.control import ContactObserver, Force, LowPass, Orientation, Position
-from arm.hds import Event, Parameter, ParameterValue
+from arm.hds import Event, Parameter, ParameterValue, Quantity
 from arm.nodes.filters import FILTER, filter_cutoff
 from arm.nodes.node import TIMEOUT, TIMEOUT_EVENT, TOOL_ON_BOARD, Clock, Context, Step
 from arm.nodes.profile import Profile, TimeLaw
@@ -110,6 +110,7 @@ class Stroke:
             force=self._press,
             filtered=force,
             drawing=self._moving,
+            measures={DRAWN.name: self._drawn},
         )
 
 
@@ -127,6 +128,9 @@ PARAMETERS = (
     FILTER,
     TIMEOUT,
 )
+
+DRAWN = Quantity("Drawn", "mm", "Length of the line so far.")
+"""What a stroke offers to guards."""
 
 EVENTS = (
     Event("Finished", "The stroke is drawn."),

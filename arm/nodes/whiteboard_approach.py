@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from arm.hds import Event, NodeType, Parameter, ParameterValue
 from arm.nodes.filters import FILTER
-from arm.nodes.guarded_move import SPEED, THRESHOLD, GuardedMove
+from arm.nodes.guarded_move import GONE, SPEED, THRESHOLD, GuardedMove
 from arm.nodes.node import TIMEOUT, TIMEOUT_EVENT, TOOL_ON_BOARD, Array, Context
 
 
@@ -62,4 +62,5 @@ TYPE = NodeType(
     ),
     doc="Approach the board and detect contact.",
     make=WhiteboardApproach,
+    quantities=(GONE,),
 )

@@ -6,11 +6,15 @@ import math
 from collections.abc import Mapping
 
 from arm.hds import NodeType, Parameter, ParameterValue
-from arm.nodes.stroke import EVENTS, PARAMETERS, Array, Stroke, direction
+from arm.nodes.stroke import DRAWN, EVENTS, PARAMETERS, Array, Stroke, direction
 
 
 class WhiteboardCircle(Stroke):
-    """Counter-clockwise from where the pen is."""
+    """Counter-clockwise from where the pen is.
+
+    Control law: orientation subject to position along the board subject to force into it, at
+    ``Speed``. Goal region: back where it began. Domain: pen on the board; the circle within reach.
+    """
 
     def __init__(self, values: Mapping[str, ParameterValue]) -> None:
         super().__init__(values)
@@ -43,6 +47,7 @@ TYPE = NodeType(
         *PARAMETERS,
     ),
     events=EVENTS,
+    quantities=(DRAWN,),
     doc="Draw a circle with pressure control.",
     make=WhiteboardCircle,
 )

@@ -15,7 +15,7 @@ from arm.nodes.curve_stroke import ACCELERATION, CurveStroke
 from arm.nodes.goto_pose import GotoPose
 from arm.nodes.node import TIMEOUT_EVENT, Array, Clock, Context, Control, Step
 from arm.nodes.straight_way import STAY
-from arm.nodes.stroke import PARAMETERS
+from arm.nodes.stroke import DRAWN, PARAMETERS
 from arm.nodes.svg_file import read_strokes
 from arm.nodes.whiteboard_approach import WhiteboardApproach
 
@@ -77,7 +77,7 @@ class WhiteboardPath:
         self._phase = 0
         self._surface: float | None = None
         self._before = 0.0
-        self._now: Control
+        self._now: Control | None = None
 
     @property
     def length(self) -> float:
@@ -87,7 +87,7 @@ class WhiteboardPath:
     @property
     def pressing(self) -> bool:
         """The pen is meant to be on the board."""
-        return self._now.pressing
+        return self._now is not None and self._now.pressing
 
     def points(self) -> Array:
         """Every point that is to be reached, p_ST_S, shape (n, 3) [m]."""
@@ -100,15 +100,17 @@ class WhiteboardPath:
 
     def resume(self, context: Context) -> None:
         """Go on with what was interrupted."""
+        assert self._now is not None
         self._now.resume(context)
 
     def update(self, context: Context) -> Step:
         """Finished when all is drawn."""
+        assert self._now is not None
         step = self._now.update(context)
         while step.event is not None and step.event != "Out_of_Reach":
             context.desired = step.desired
-            self._before += self._pieces[self._piece].curve.length if self._phase == 2 else 0.0
             if self._phase == 2:
+                self._before += self._pieces[self._piece].curve.length
                 self._surface = float(step.desired[2])
             self._phase += 1
             if self._phase == 4:
@@ -118,6 +120,8 @@ class WhiteboardPath:
             self._begin(context)
             step = self._now.update(context)
         step.part = 4 * self._piece + self._phase
+        now = step.measures[DRAWN.name] if self._phase == 2 else 0.0
+        step.measures = {DRAWN.name: self._before + now}
         if step.event == "Out_of_Reach":
             step.reason = f"no board felt for curve {self._piece + 1} of {len(self._pieces)}"
         elif step.event is None and self.pressing and context.reach_margin < STRETCHED:
@@ -183,4 +187,5 @@ TYPE = NodeType(
     ),
     doc="Draw the curves of an SVG file.",
     make=WhiteboardPath,
+    quantities=(DRAWN,),
 )

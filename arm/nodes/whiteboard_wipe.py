@@ -10,7 +10,7 @@ import numpy as np
 from arm.hds import NodeType, Parameter, ParameterValue
 from arm.nodes.curve import Curve
 from arm.nodes.curve_stroke import ACCELERATION, CurveStroke
-from arm.nodes.stroke import EVENTS, PARAMETERS, Array
+from arm.nodes.stroke import DRAWN, EVENTS, PARAMETERS, Array
 
 
 class WhiteboardWipe(CurveStroke):
@@ -61,6 +61,7 @@ TYPE = NodeType(
         *PARAMETERS,
     ),
     events=EVENTS,
+    quantities=(DRAWN,),
     doc="Wipe over a rectangle, back and forth, with pressure control.",
     make=WhiteboardWipe,
 )
