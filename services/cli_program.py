@@ -78,12 +78,17 @@ def types(json: Json = False) -> None:
         typer.echo(f"{name}: {kind.doc}")
         typer.echo(f"  raises {', '.join(event.name for event in kind.events)}")
         for p in kind.parameters:
-            typer.echo(f"  {p.name:10} {_range(p):34} {p.doc}")
+            typer.echo(f"  {p.name:12} {_range(p):44} {p.doc}")
+        guards = ", ".join(f"{q.name} [{q.unit}]" for q in kind.offers)
+        typer.echo(f"  guards may look at {guards}")
 
 
 def _range(p: Parameter) -> str:
     """Range, unit and default of a parameter, as a person would write them."""
     unit = p.default_unit
+    if p.kind == "word":
+        text = " or ".join(p.choices) if p.choices else 'a word or "text"'
+        return f"{text}, required" if p.default is None else f"{text}, default {p.default}"
     text = f"{unit.from_si(p.lo):g} to {unit.from_si(p.hi):g}"
     text += f" {unit.name}" if unit.name != "1" else ""
     if p.default is None:

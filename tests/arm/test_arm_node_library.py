@@ -211,3 +211,34 @@ def test_a_platform_that_does_not_come_is_blocked() -> None:
     assert rig.status.event == "Blocked"
     assert "came no nearer than 0.51 m" in rig.status.reason
     assert rig.status.goal_number == 0
+
+
+def test_an_interrupted_path_is_finished_where_it_was_left(tmp_path: Path) -> None:
+    """Paused in the first curve, the pen is lifted, comes back, and draws the rest: together the
+    pieces cover the whole line."""
+    file = tmp_path / "one.svg"
+    file.write_text(DRAWING)
+    text = "INTERFACE = r1; INITIAL = P;\n" + node(
+        "P",
+        "Whiteboard_path",
+        f'File = "{file}"; Width = 30; Speed = 60; Acceleration = 0.4; Travel = 200; '
+        "TRANSITION[Finished] = End; TRANSITION[Out_of_Reach] = End;",
+    )
+    rig = Rig(world_at(NEAR, mismatch=EXACT)).run(0.05)
+    rig.arm.start(program(text))
+    rig.until(lambda: rig.arm._last.measures.get("Drawn", 0.0) > 0.01)
+    rig.arm.pause()
+    rig.run(0.6)
+    assert rig.force[-1] == 0.0
+    rig.arm.resume()
+    rig.until_state("finished", 12.0)
+    first, second = parts(rig)
+    u = np.linspace(0.0, 1.0, 200)[:, None]
+    corner = np.array([[0, 10], [0, 0], [15, 0], [15, 10]], float)
+    weights = ((1 - u) ** 3, 3 * u * (1 - u) ** 2, 3 * u**2 * (1 - u), u**3)
+    line = np.concatenate(
+        [sum(w * p for w, p in zip(weights, corner, strict=True)), [[15.0, 18.0], [22.0, 18.0]]]
+    )
+    line = (line - np.array([15.0, 10.25])) * np.array([1e-3, -1e-3])
+    assert distance_to_path(line, first).max() < 5e-4
+    assert np.ptp(second[:, 0]) == pytest.approx(0.006, abs=3e-4)

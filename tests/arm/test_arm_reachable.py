@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from arm.nodes import build
+from arm.nodes import REGISTRY, build
+from arm.nodes.build import unusable
 from arm.nodes.whiteboard_path import WhiteboardPath
 from arm.reachable import Reachability
 from deploy.task import PROGRAMS, BoardPose
@@ -90,3 +91,12 @@ def test_a_file_that_is_not_there_is_named_with_the_node(
     text = drawing("Width = 260;").replace("portrait.svg", "nobody.svg")
     with pytest.raises(ValueError, match=r"node P: there is no file 'nobody.svg' in .*programs"):
         reach.refuse(program(text), HOME)
+
+
+def test_the_checker_names_a_node_that_cannot_be_made() -> None:
+    """`program check` gives one finding, an error at the node's line; a good program gives none."""
+    assert unusable(REGISTRY, program(drawing("Width = 260;"))) == []
+    text = drawing("Width = 260;").replace("portrait.svg", "nobody.svg")
+    (found,) = unusable(REGISTRY, program(text))
+    assert (found.severity, found.code, found.line) == ("error", "unusable", 2)
+    assert "nobody.svg" in found.message
