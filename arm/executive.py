@@ -13,7 +13,8 @@ from pathlib import PurePath
 import numpy as np
 from numpy.typing import NDArray
 
-from arm.control import LowPass, solve
+from arm.control import LowPass
+from arm.control.priority import solve
 from arm.control.torque_law import Gains, TorqueLaw
 from arm.hds import ABORT, Automaton, Program
 from arm.limits import Limits

@@ -1,11 +1,14 @@
-"""The control basis: objectives composed by subject-to, solved by priority, made into torques."""
+"""The control basis: objectives composed by subject-to.
+
+What solves them (``priority``) and makes torques (``torque_law``) is imported from there: it brings
+in scipy and the simulator's model, which who only declares node types does without.
+"""
 
 from arm.control.algebra import Composable, Composite, chain, parallelised
 from arm.control.force import ContactObserver, Force, LowPass, Moment
 from arm.control.joints import JointLimit, Posture, joint_limits
 from arm.control.motion import Line, Orientation, Position
 from arm.control.objective import Objective, Rows
-from arm.control.priority import Solution, priorities, projector, solve
 from arm.control.singularity import Singularity
 
 __all__ = [
@@ -23,11 +26,7 @@ __all__ = [
     "Posture",
     "Rows",
     "Singularity",
-    "Solution",
     "chain",
     "joint_limits",
     "parallelised",
-    "priorities",
-    "projector",
-    "solve",
 ]

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from arm.control.objective import Objective, Rows, edge
-from arm.model import Kinematics
+
+if TYPE_CHECKING:
+    from arm.model import Kinematics
 
 Array = NDArray[np.float64]
 

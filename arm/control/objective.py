@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from arm.control.algebra import Composable
-from arm.model import Kinematics
+
+if TYPE_CHECKING:
+    from arm.model import Kinematics
 
 Array = NDArray[np.float64]
 

@@ -18,10 +18,10 @@ from arm.control import (
     Orientation,
     Position,
     Posture,
-    solve,
 )
 from arm.control.motion import edge
 from arm.control.objective import Rows
+from arm.control.priority import solve
 from arm.model import Kinematics
 from services.messages import Array
 
