@@ -41,20 +41,16 @@ def check(
     from arm.hds import Finding, ProgramError, load, render
     from arm.nodes import REGISTRY
     from arm.nodes.build import unusable
-    from deploy.task import find_program
-    from deploy.tomlfile import BadFile
 
     found: list[Finding] = []
     for name in files:
         try:
-            file = name if name.is_file() else find_program(str(name))
-            made = load(file, REGISTRY)
+            made = load(_file(name), REGISTRY)
             found += [*made.warnings, *unusable(REGISTRY, made)]
         except ProgramError as error:
             found += error.findings
-        except (BadFile, OSError) as error:
-            text = error.findings[0] if isinstance(error, BadFile) else str(error.strerror)
-            text = text.removeprefix("task.program: ")
+        except OSError as error:
+            text = error.strerror or str(error)
             found.append(Finding("error", "unreadable", text, str(name), 1, 1, 0))
     bad = any(f.severity == "error" for f in found)
     if json:
@@ -64,6 +60,23 @@ def check(
     else:
         typer.echo(f"{len(files)} program{'s' if len(files) > 1 else ''}: no findings")
     raise typer.Exit(1 if bad else 0)
+
+
+def _file(name: Path) -> Path:
+    """The file of a program given as a file or by name.
+
+    Raises:
+        OSError: there is none; the text says which there are.
+    """
+    if name.is_file():
+        return name
+    from deploy.task import find_program  # takes a while to import
+    from deploy.tomlfile import BadFile
+
+    try:
+        return find_program(str(name))
+    except BadFile as error:
+        raise OSError(error.findings[0].removeprefix("task.program: ")) from None
 
 
 @program.command()
