@@ -1,17 +1,21 @@
-"""Reads the curves of an SVG file: what a pen would draw of it, in the file's own order."""
+"""Reads the curves of an SVG file: what a pen would draw of it, in the file's own order.
+
+The library is imported where it is used: checking a program without a file must be quick.
+"""
 
 from __future__ import annotations
 
 import math
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from svgelements import SVG, Close, Line, Move, Shape
-from svgelements import Path as SvgPath
 
 from arm.nodes.node import Array
+
+if TYPE_CHECKING:
+    from svgelements import Path as SvgPath
 
 FLATNESS = 5e-6
 """Largest distance of a curve to the chords it is made into [m]."""
@@ -58,6 +62,9 @@ def read_strokes(file: Path, width: float, centre: tuple[float, float]) -> list[
 
 
 def _subpaths(file: Path) -> list[SvgPath]:
+    from svgelements import SVG, Shape
+    from svgelements import Path as SvgPath
+
     try:
         drawing = SVG.parse(str(file), reify=True)
     except Exception as error:  # of the XML parser or of a number in it
@@ -78,6 +85,8 @@ def _hidden(element: Any) -> bool:
 
 def _flatten(path: SvgPath, flatness: float) -> Array:
     """Vertices of a subpath, in the file's units, shape (n, 2)."""
+    from svgelements import Close, Line, Move
+
     points: list[complex] = []
     for segment in path:
         if isinstance(segment, Move):
