@@ -62,6 +62,8 @@ class Symbol:
         return there and self.name == happening.name
 
     def __str__(self) -> str:
+        if self.name == ENTERED:
+            return self.place
         return f"{self.place}.{self.name}" if self.place else self.name
 
 
@@ -254,7 +256,8 @@ def _symbol(
             message = f"nothing is raised in '{END.name}'"
             report.error("unknown-event", message, _span(name), f"write {END.name}")
             return None
-        kinds = [types[program.nodes[place].type if place in program.nodes else place]]
+        kind = types.get(program.nodes[place].type if place in program.nodes else place)
+        kinds = [kind] if kind is not None else []
     raised = [n for kind in kinds for n in [*(e.name for e in kind.events)]]
     raised += [n for kind in kinds for n in [*(q.name for q in kind.offers)]]
     raised = list(dict.fromkeys([*raised, ABORT]))
