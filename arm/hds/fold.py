@@ -101,7 +101,8 @@ def _misfit(rows: list[Row], cuts: list[int]) -> float:
         right = max(s.x + s.width / 2 for s in inside)
         width += right - min(s.x - s.width / 2 for s in inside) + GUTTER
         height = max(height, sum(row.height + row.below for row in rows[first:last]))
-    return 0.0 if height <= HIGH else abs(math.log(width / height / ASPECT))
+    small = not cuts and height <= HIGH
+    return 0.0 if small else abs(math.log(width / height / ASPECT))
 
 
 def _leaf(slot: Slot) -> bool:
