@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 
@@ -39,21 +38,24 @@ class PlatformMotion:
         """Advance to ``now`` [s], ``dt`` [s] after the last call; returns ``problem``."""
         self.problem = _unusable(now, estimate)
         if estimate is not None and not self.problem:
-            known = Base(estimate.pose, estimate.velocity, estimate.acceleration)
-            self.base = self._steadied(dt, known.after(now - estimate.t))
+            self.base = self._brought_forward(dt, now - estimate.t, estimate)
         else:
             velocity = self.base.velocity * math.exp(-dt / FADE)
             self.base = Base(self.base.pose + velocity * dt, velocity, np.zeros(3))
         return self.problem
 
-    def _steadied(self, dt: float, base: Base) -> Base:
-        """The motion with the steady velocity, which starts as the velocity."""
+    def _brought_forward(self, dt: float, age: float, estimate: Estimate) -> Base:
+        """What was estimated ``age`` [s] ago, now, with its acceleration kept."""
+        acceleration = estimate.acceleration
+        gained = acceleration * age
+        velocity = estimate.velocity + gained
+        pose = estimate.pose + (estimate.velocity + 0.5 * gained) * age
         before = self.base.steady
         if before is None:
-            return replace(base, steady=base.velocity)
-        steady = before + base.acceleration * dt
-        steady = steady + (base.velocity - steady) * -math.expm1(-dt / STEADY)
-        return replace(base, steady=steady)
+            return Base(pose, velocity, acceleration, velocity)
+        steady = before + acceleration * dt
+        steady += (velocity - steady) * -math.expm1(-dt / STEADY)
+        return Base(pose, velocity, acceleration, steady)
 
 
 def _unusable(now: float, estimate: Estimate | None) -> str:

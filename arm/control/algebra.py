@@ -71,17 +71,19 @@ class Composite(Composable):
 
     def __init__(self, lower: Composable, upper: Composable, name: str = "") -> None:
         self.lower, self.upper, self.name = lower, upper, name
-        self._written = upper.occurrences() + lower.occurrences()
-        # by identity: two position objectives are two, however alike
-        self._parts = tuple({id(objective): objective for objective in self._written}.values())
+        self._parts: tuple[Objective, ...] | None = None
 
     def parts(self) -> tuple[Objective, ...]:
         """See ``Composable``; of two occurrences the right-most, first in priority, stays."""
+        if self._parts is None:
+            # by identity: two position objectives are two, however alike
+            once = {id(objective): objective for objective in self.occurrences()}
+            self._parts = tuple(once.values())
         return self._parts
 
     def occurrences(self) -> tuple[Objective, ...]:
         """See ``Composable``."""
-        return self._written
+        return self.upper.occurrences() + self.lower.occurrences()
 
     def called(self, name: str) -> Composite:
         """The same under a name of its own, as Φ_comply stands for Φm / Φf / Φreach."""
@@ -93,7 +95,7 @@ class Composite(Composable):
 
     def derivation(self) -> list[str]:
         """Eq 8 to 11 of Platt et al. for this composite; lines that change nothing are left out."""
-        flat = " / ".join(str(o) for o in reversed(self._written))
+        flat = " / ".join(str(o) for o in reversed(self.occurrences()))
         lines = [str(self), str(self.expanded()), flat, str(self.simplified())]
         return [line for i, line in enumerate(lines) if i == 0 or line != lines[i - 1]]
 

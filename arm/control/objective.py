@@ -20,7 +20,7 @@ GAIN = 8.0
 """Rate at which an error of the reference decays [1/s]."""
 
 
-@dataclass(frozen=True)
+@dataclass(slots=True, eq=False)
 class Rows:
     """What an objective asks of the joints at one instant: J qd = rate.
 

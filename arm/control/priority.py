@@ -9,7 +9,7 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg.lapack import dposv
+from scipy.linalg.lapack import dgesv, dposv
 
 from arm.control.objective import Rows
 
@@ -21,6 +21,8 @@ SINGULAR = 0.02
 """Relative manipulability below which damping sets in."""
 ROUNDING = 1e-12
 """Keeps a Gram matrix of rank zero positive definite."""
+PLAIN = 0.1
+"""Manipulability from which on full rows for all joints are solved at once, without projectors."""
 EMPTY = 1e-9
 """A projected Jacobian smaller than this, relative to its own, leaves no freedom to use."""
 
@@ -31,8 +33,9 @@ class Solution:
 
     Attributes:
         qd: joint rates, shape (n,) [rad/s].
-        manipulability: the smallest of all levels that there were joints enough for: 1 is best,
-            below ``SINGULAR`` the rates are damped and what was asked for is not met.
+        manipulability: the smallest of all levels that there were joints enough for, or a lower
+            bound of it above ``PLAIN``: 1 is best, below ``SINGULAR`` the rates are damped and
+            what was asked for is not met.
     """
 
     qd: Array
@@ -55,10 +58,14 @@ def priorities(rows: Iterable[Rows], dof: int) -> Solution:
         rows: highest priority first.
         dof: number of joints.
     """
+    levels = list(rows)
+    at_once = _at_once(levels, dof)
+    if at_once is not None:
+        return at_once
     qd = np.zeros(dof)
     N: Array | None = None
     free, worst = float(dof), 1.0
-    for row in rows:
+    for row in levels:
         if row.activation <= 0.0 or free < 0.5:
             continue
         JN = row.J if N is None else row.J @ N
@@ -78,6 +85,30 @@ def priorities(rows: Iterable[Rows], dof: int) -> Solution:
         used = row.activation * (inverse @ JN)
         N = _identity(dof) - used if N is None else N - N @ used
     return Solution(qd, worst)
+
+
+def _at_once(levels: list[Rows], dof: int) -> Solution | None:
+    """The same where every level can have what it asks for: as many rows as joints, regular.
+
+    The determinant of the stacked rows is the product of the volumes of all projected levels.
+    Divided by the volumes that orthogonal rows of their sizes would have, it bounds the
+    manipulability of every level, and the share of it that those above have left, from below.
+    """
+    if not levels or sum([len(row.rate) for row in levels]) != dof:
+        return None
+    volume = 1.0
+    for row in levels:
+        if row.activation < 1.0:
+            return None
+        m = len(row.rate)
+        volume *= (float(np.vdot(row.J, row.J)) / m) ** (0.5 * m)
+    factors, _, qd, failed = dgesv(
+        np.concatenate([row.J for row in levels]), np.concatenate([row.rate for row in levels])
+    )
+    if failed:
+        return None
+    bound = abs(math.prod(factors.diagonal().tolist())) / volume
+    return Solution(qd, bound) if bound > PLAIN else None
 
 
 def projector(rows: Iterable[Rows], dof: int) -> Array:
