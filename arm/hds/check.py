@@ -57,6 +57,10 @@ def check_text(
     placed = {id(block) for block in named.values()}
     checks = check_nodes(source, named, scope)
     checked = {check.name: check for check in checks if id(check.block) in placed}
+    if initial is not None and checked[initial].terminal:
+        message = f"the program would end where it starts: '{initial}' is a terminal node"
+        report.error("terminal-initial", message, source.initials[0].span)
+        initial = None
     check_flow(checked, initial, abort, includes.partial, report)
     constants.report_unused()
 
