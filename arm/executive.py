@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arm.control import LowPass
-from arm.control.priority import solve
+from arm.control.objective import smooth
+from arm.control.priority import priorities
 from arm.control.torque_law import Gains, TorqueLaw
 from arm.hds import ABORT, Automaton, Program
 from arm.limits import Limits
@@ -35,6 +36,10 @@ LEAVING = 0.03
 """Left of the arm's reach when an arm that only keeps its place lets go of it [m] ..."""
 LEAVING_JOINT = 0.2
 """... and of a joint's range [rad]: it must come to rest in what is left."""
+SLOWED = 0.1
+"""Relative manipulability below which the tool moves slower, ..."""
+REFUSED = 0.05
+"""... and below which a program is interrupted; a wrist is 0.08 rad from straight there."""
 MARGIN_TICKS = 5
 """The distance to the end of the arm's reach is looked at every so many ticks."""
 TOUCH = 0.3
@@ -79,6 +84,7 @@ class Executive:
         self._last = Step(None, np.zeros(3), np.zeros(3))
         self._felt = LowPass(TOUCH_FILTER)
         self._stiffness = self.model.robot.pen.stiffness
+        self._pace = 1.0
         self._platform = PlatformMotion()
         self._t: float | None = None
         self._event = ""
@@ -329,13 +335,16 @@ class Executive:
             velocity=self._last.velocity,
             contact=contact,
             stiffness=self._stiffness,
+            pace=self._pace,
         )
         self._run(context)
         objective = self._last.objective
         if objective is None:
             wanted = np.zeros(6)
         else:
-            wanted = solve([part.rows(kinematics, dt) for part in objective.parts()], 6)
+            solution = priorities([part.rows(kinematics, dt) for part in objective.parts()], 6)
+            wanted = solution.qd
+            self._mind(solution.manipulability)
         reference.follow(wanted, dt)
         tau = self._law.torque(
             dt,
@@ -511,6 +520,18 @@ class Executive:
         self._automaton = None
         self._node = None
         self._interrupted = None
+
+    def _mind(self, manipulability: float) -> None:
+        """Slow down towards a singular posture, and refuse to go on right at it.
+
+        There a small motion of the tool asks for any motion of the joints. The platform may drive
+        the arm there as well, which no slowness helps against.
+        """
+        self._pace = smooth((manipulability - REFUSED) / (SLOWED - REFUSED))
+        if manipulability < REFUSED and self.state in ("running", "resuming"):
+            self._interrupt(
+                "safe_hold", f"near a singular posture: manipulability {manipulability:.3f}"
+            )
 
     def _touching(self) -> bool:
         """Whether the tool may be in contact."""

@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 
 DAMPING = 0.05
 """Largest damping near a singularity, relative to the size of the projected Jacobian."""
-SINGULAR = 0.02
+SINGULAR = 0.05
 """Relative manipulability below which damping sets in."""
 ROUNDING = 1e-12
 """Keeps a Gram matrix of rank zero positive definite."""

@@ -21,6 +21,14 @@ TOOL_ON_BOARD: Array = np.array([[0.0, -1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 
 """R_ST of a pen square on the board: z_T points into it, x_T down."""
 
 
+class Way(Protocol):
+    """Arc length over time, from rest to rest."""
+
+    def step(self, dt: float) -> tuple[float, float]:
+        """Advance by ``dt`` [s]; returns arc length [m] and speed [m/s]."""
+        ...
+
+
 @dataclass
 class Context:
     """All a node may know at one tick.
@@ -37,6 +45,8 @@ class Context:
         velocity: and its velocity, shape (3,) [m/s].
         contact: force of the tool on the world in O, not filtered, shape (3,) [N].
         stiffness: of the tool along its axis [N/m].
+        pace: share of its speed at which the tool may move along its way: less than 1 near a
+            singular posture.
     """
 
     dt: float
@@ -50,11 +60,17 @@ class Context:
     velocity: Array
     contact: Array = field(default_factory=lambda: np.zeros(3))
     stiffness: float = 800.0
+    pace: float = 1.0
 
     @property
     def tip(self) -> Array:
         """Tip position of the reference, p_ST_S [m]."""
         return self.R_OS.T @ (self.kinematics.p - self.p_OS)
+
+    def along(self, way: Way, moving: bool = True) -> tuple[float, float]:
+        """One tick along a way at the present pace: where it is [m], and its speed [m/s]."""
+        s, speed = way.step(self.dt * self.pace if moving else 0.0)
+        return s, speed * self.pace
 
     def in_platform(self, p_O: Array) -> Array:
         """A point given in O, in B: [m]."""
