@@ -36,6 +36,14 @@ for command in (
 def check(
     files: Annotated[list[Path], typer.Argument(help="Files, or names in arm/programs.")],
     json: Json = False,
+    control: Annotated[
+        bool, typer.Option("--control", help="Also run them in simulation: do nodes prepare?")
+    ] = False,
+    samples: Annotated[int, typer.Option(min=1, help="Runs a program, with --control.")] = 30,
+    seed: Annotated[int, typer.Option(min=0, help="Of the first run.")] = 0,
+    scenario: Annotated[
+        str | None, typer.Option(help="To run in; by default the one made for the program.")
+    ] = None,
 ) -> None:
     """Check programs: all findings at once; exit code 1 if one of them must not run."""
     from arm.hds import Finding, ProgramError, load, render
@@ -53,6 +61,10 @@ def check(
             text = error.strerror or str(error)
             found.append(Finding("error", "unreadable", text, str(name), 1, 1, 0))
     bad = any(f.severity == "error" for f in found)
+    if control and not bad:
+        from services.cli_control import check_control
+
+        check_control([_file(name) for name in files], found, samples, seed, scenario, json)
     if json:
         show_json({"ok": not bad, "findings": [dataclasses.asdict(f) for f in found]})
     elif found:

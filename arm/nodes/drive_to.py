@@ -8,6 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from arm.hds import Event, NodeType, Parameter, ParameterValue, Quantity
+from arm.nodes.conditions import Conditions, free
 from arm.nodes.node import TIMEOUT, TIMEOUT_EVENT, Clock, Context, Step
 
 NEAR = 0.015
@@ -38,6 +39,7 @@ class DriveTo:
     """
 
     pressing = False
+    conditions = Conditions(domain=free, good=("Arrived",))  # the platform is not in the state
 
     def __init__(self, values: Mapping[str, ParameterValue]) -> None:
         self.goal = np.array([float(values[k]) for k in ("X", "Y", "Heading")])

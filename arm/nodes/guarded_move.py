@@ -8,6 +8,7 @@ import numpy as np
 
 from arm.control import LowPass, Orientation, Position
 from arm.hds import Event, NodeType, Parameter, ParameterValue, Quantity
+from arm.nodes.conditions import Conditions, free
 from arm.nodes.filters import FILTER, filter_cutoff
 from arm.nodes.frames import FRAMES, frame_of, to_board
 from arm.nodes.node import TIMEOUT, TIMEOUT_EVENT, Array, Clock, Context, Step
@@ -34,6 +35,7 @@ class GuardedMove:
     """
 
     pressing = False
+    conditions = Conditions(domain=free, good=("Contact",))  # feels what is not in the state
 
     def __init__(self, values: Mapping[str, ParameterValue]) -> None:
         self._frame = str(values["Frame"])

@@ -8,6 +8,7 @@ import numpy as np
 
 from arm.control import Orientation, Position
 from arm.hds import Event, NodeType, Parameter, ParameterValue
+from arm.nodes.conditions import Conditions, free, stayed
 from arm.nodes.node import TOOL_ON_BOARD, Clock, Context, Step
 
 
@@ -19,6 +20,7 @@ class Hold:
     """
 
     pressing = False
+    conditions = Conditions(goal=stayed, domain=free, good=("Timeout",))
 
     def __init__(self, values: Mapping[str, ParameterValue]) -> None:
         self._clock = Clock(float(values["Time"]))

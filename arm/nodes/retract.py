@@ -7,8 +7,14 @@ from collections.abc import Mapping
 import numpy as np
 
 from arm.hds import NodeType, Parameter, ParameterValue
+from arm.nodes.conditions import Conditions, State, Values, able, near
 from arm.nodes.node import Array
 from arm.nodes.straight_way import ENDING, EVENTS, STAY, TO_GO, StraightWay
+
+
+def _off(state: State, values: Values) -> dict[str, float]:
+    out = np.array([0.0, 0.0, float(values["Distance"])])
+    return near(state.tip - state.entered - out)
 
 
 class Retract(StraightWay):
@@ -17,6 +23,8 @@ class Retract(StraightWay):
     Control law: orientation (pen square on the board) subject to position. Goal region: tip
     within 1 mm of the point ``Distance`` out of where it was. Domain: that point within reach.
     """
+
+    conditions = Conditions(goal=_off, domain=able)
 
     def __init__(self, values: Mapping[str, ParameterValue]) -> None:
         super().__init__({"X": STAY, "Y": STAY, "Z": STAY, **values})

@@ -9,6 +9,7 @@ import numpy as np
 from arm.control import Orientation, Position
 from arm.control.motion import GAIN
 from arm.hds import Event, Parameter, ParameterValue, Quantity
+from arm.nodes.conditions import Conditions, free
 from arm.nodes.frames import Frame, about, axis_angle, frame_of, to_board
 from arm.nodes.node import TIMEOUT, TIMEOUT_EVENT, TOOL_ON_BOARD, Array, Clock, Context, Step
 from arm.nodes.profile import Profile
@@ -40,6 +41,7 @@ class StraightWay:
     """
 
     pressing = False
+    conditions = Conditions(domain=free)  # no goal: the frame's place is not in the state
     frame = "board"
 
     def __init__(self, values: Mapping[str, ParameterValue]) -> None:
@@ -80,7 +82,7 @@ class StraightWay:
     def update(self, context: Context) -> Step:
         """Finished at the goal."""
         frame = frame_of(self.frame, context)
-        s, v = self._profile.step(context.dt)
+        s, v = context.along(self._profile)
         share, rate = s / self._length, v / self._length
         target, velocity = frame.to_ground(self._start + share * self._way, rate * self._way)
         self._position.track(target, velocity)

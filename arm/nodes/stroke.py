@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from arm.control import ContactObserver, Force, LowPass, Orientation, Position
 from arm.hds import Event, Parameter, ParameterValue, Quantity
+from arm.nodes.conditions import Conditions, State, Values, able
 from arm.nodes.filters import FILTER, filter_cutoff
 from arm.nodes.node import TIMEOUT, TIMEOUT_EVENT, TOOL_ON_BOARD, Clock, Context, Step
 from arm.nodes.profile import Profile, TimeLaw
@@ -26,6 +27,22 @@ ACCELERATION = 0.1
 """Peak acceleration along a stroke [m/s^2]: low, so that friction reverses gently."""
 
 
+def pressed(state: State, values: Values) -> dict[str, float]:
+    """The pen presses as it should, to within half of it."""
+    return {"force": 1.0 - abs(state.force / float(values["Force"]) - 1.0) / 0.5}
+
+
+def startable(state: State, values: Values) -> dict[str, float]:
+    """The force law reaches the board before the pen starts to move, twice over."""
+    press = float(values["Force"])
+    reached = 0.5 * float(values["FGain"]) * press * SETTLE_TIME
+    return {
+        **able(state, values),
+        "on the board": 1.0 - state.clearance / reached,
+        "not pressed hard": 1.0 - state.force / (press + 5.0),
+    }
+
+
 class Stroke:
     """Position along the board subject to force into it; orientation subject to both.
 
@@ -38,6 +55,7 @@ class Stroke:
     """
 
     pressing = True
+    conditions = Conditions(goal=pressed, domain=startable)
 
     def __init__(self, values: Mapping[str, ParameterValue]) -> None:
         self._speed = float(values["Speed"])
@@ -91,7 +109,7 @@ class Stroke:
             near = abs(force - self._press) < SETTLED
             self._steady = self._steady + 1 if near else 0
             self._moving = self._wait.step(context.dt) or self._steady >= SETTLE_TICKS
-        s, speed = self._profile.step(context.dt if self._moving else 0.0)
+        s, speed = context.along(self._profile, self._moving)
         self._drawn = self._done + s
         offset, tangent = self.point(self._drawn)
         desired = np.array([*(self._start + offset), context.tip[2]])

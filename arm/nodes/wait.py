@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from arm.hds import Event, NodeType, Parameter, ParameterValue
+from arm.nodes.conditions import Conditions, free, stayed
 from arm.nodes.hold import Hold
 from arm.nodes.node import Context, Step
 
@@ -15,6 +16,8 @@ class Wait(Hold):
     Control law: as ``Hold``. Goal region: the event has come while the node was running; one that
     comes when no node waits for it is refused, not kept. Domain: as ``Hold``.
     """
+
+    conditions = Conditions(goal=stayed, domain=free, good=("Received",))
 
     def __init__(self, values: Mapping[str, ParameterValue]) -> None:
         super().__init__(values)

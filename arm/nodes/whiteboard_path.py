@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from arm.hds import Event, NodeType, Parameter, ParameterValue
+from arm.nodes.conditions import Conditions, free
 from arm.nodes.curve import Curve, CurveLaw
 from arm.nodes.curve_stroke import ACCELERATION, CurveStroke
 from arm.nodes.goto_pose import GotoPose
@@ -58,6 +59,8 @@ class WhiteboardPath:
     Raises:
         ValueError: the file cannot be drawn.
     """
+
+    conditions = Conditions(goal=free, domain=free)
 
     def __init__(self, values: Mapping[str, ParameterValue]) -> None:
         file = Path(str(values["File"]))

@@ -7,8 +7,13 @@ from collections.abc import Mapping
 import numpy as np
 
 from arm.hds import Event, NodeType, Parameter, ParameterValue
+from arm.nodes.conditions import Conditions, State, Values, near
 from arm.nodes.node import TIMEOUT_EVENT, Clock, Context, Step
-from arm.nodes.stroke import PARAMETERS, Array, Stroke
+from arm.nodes.stroke import PARAMETERS, Array, Stroke, pressed, startable
+
+
+def _on_the_spot(state: State, values: Values) -> dict[str, float]:
+    return {**pressed(state, values), **near((state.tip - state.entered)[:2])}
 
 
 class WhiteboardPress(Stroke):
@@ -18,6 +23,8 @@ class WhiteboardPress(Stroke):
     force into it. Goal region: the filtered force was within 0.15 N of ``Force`` for 30 ms, or
     0.5 s have passed, and ``Time`` after that. Domain: pen on the board, or just off it.
     """
+
+    conditions = Conditions(goal=_on_the_spot, domain=startable)
 
     def __init__(self, values: Mapping[str, ParameterValue]) -> None:
         super().__init__({"Speed": 1.0, **values})
