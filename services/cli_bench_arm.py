@@ -54,7 +54,7 @@ def summary(results: list[dict[str, Any]]) -> list[dict[str, Any]]:
     rows = []
     for goal in arm_bench.GOALS:
         mine = [r for r in results if r["case"] == goal.case]
-        values = [r[goal.figure] for r in mine if r[goal.figure] is not None]
+        values = [r[goal.figure] for r in mine if r.get(goal.figure) is not None]
         met = goal.met(values)
         rows.append(
             {
