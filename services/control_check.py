@@ -200,6 +200,7 @@ def _judge_edge(
     source, target = program.node(edge.source), program.node(edge.target)
     ours, theirs = conditions_of(types[source.type]), conditions_of(types[target.type])
     good = edge.event in ours.good and ours.goal is not None
+    left = {guard.text for guard in target.guards}  # the program's way out, not the type's
     edge.samples = len(taken)
     edge.in_goal = 0 if good else None
     for sample, at in taken:
@@ -213,7 +214,7 @@ def _judge_edge(
                 edge.worst = _smaller(edge.worst, sample.seed, margin, of, passage.t)
             in_goal &= not good or bool(ours.in_goal(passage.state, source.parameters))
             event = _next_event(sample, i)
-            if target.terminal or event is None:
+            if event is None or not theirs.good or event in left:
                 continue
             seen = True
             on &= event in theirs.good

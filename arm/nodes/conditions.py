@@ -87,7 +87,7 @@ def conditions_of(kind: NodeType) -> Conditions:
 
 def worst(margins: Mapping[str, float]) -> tuple[float, str]:
     """The smallest margin and what it is of; infinite if there is none."""
-    return min(((v, k) for k, v in margins.items()), default=(float("inf"), ""))
+    return min(((float(v), k) for k, v in margins.items()), default=(float("inf"), ""))
 
 
 def able(state: State, values: Values) -> dict[str, float]:
