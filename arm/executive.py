@@ -13,12 +13,15 @@ from pathlib import PurePath
 import numpy as np
 from numpy.typing import NDArray
 
-from arm.control import LowPass, solve
+from arm.control import LowPass
+from arm.control.objective import smooth
+from arm.control.priority import priorities
 from arm.control.torque_law import Gains, TorqueLaw
-from arm.hds import Automaton, Program
+from arm.hds import ABORT, Automaton, Program
 from arm.limits import Limits
 from arm.model import ArmModel
-from arm.nodes import REGISTRY, Context, Control, Step
+from arm.nodes import Context, Control, Step, Wait, build
+from arm.nodes.quantities import quantities
 from arm.platform_motion import PlatformMotion
 from arm.recovery import AWAY, Retreat, Return, Station
 from arm.reference import JointReference
@@ -33,6 +36,10 @@ LEAVING = 0.03
 """Left of the arm's reach when an arm that only keeps its place lets go of it [m] ..."""
 LEAVING_JOINT = 0.2
 """... and of a joint's range [rad]: it must come to rest in what is left."""
+SLOWED = 0.1
+"""Relative manipulability below which the tool moves slower, ..."""
+REFUSED = 0.05
+"""... and below which a program is interrupted; a wrist is 0.08 rad from straight there."""
 MARGIN_TICKS = 5
 """The distance to the end of the arm's reach is looked at every so many ticks."""
 TOUCH = 0.3
@@ -76,10 +83,20 @@ class Executive:
         self._desired = np.zeros(3)
         self._last = Step(None, np.zeros(3), np.zeros(3))
         self._felt = LowPass(TOUCH_FILTER)
+        self._stiffness = self.model.robot.pen.stiffness
+        self._pace = 1.0
         self._platform = PlatformMotion()
         self._t: float | None = None
         self._event = ""
         self._strokes = 0
+        self._in_node = 0.0
+        self._new_node = False
+        self._entered = 0
+        self._drawn: tuple[int, int] | None = None
+        self._part = 0
+        self._goal: Array | None = None
+        self._goals = 0
+        self._note = ""
         self._status_due = 0.0
         self._changed = False
         self._ticks = 0
@@ -95,15 +112,20 @@ class Executive:
         """Run a checked program from its initial node.
 
         Raises:
-            ValueError: a program is running or interrupted, or the arm is stopped.
+            ValueError: a program is running or interrupted, the arm is stopped, or a node cannot
+                be made of its parameters.
         """
         if self.state not in ("idle", "finished"):
             raise ValueError(f"the arm is {self.state}{self._because()}; {self._way_out()}")
         if self._platform.problem:
             raise ValueError(f"no valid estimate yet: {self._platform.problem}")
+        for node in program.nodes.values():
+            if not node.terminal:  # what cannot be made is refused before anything moves
+                build(node, program)
         self._automaton = Automaton(program)
         self._automaton.start()
         self._strokes = 0
+        self._note = ""
         self._event = "start"
         self._go("running", "")
         self._start_node = True
@@ -112,6 +134,22 @@ class Executive:
     def sees(self) -> bool:
         """Whether there is a usable estimate of the platform."""
         return self._t is not None and not self._platform.problem
+
+    def signal(self, name: str) -> None:
+        """Tell the program of an event outside it.
+
+        Raises:
+            ValueError: no node waits for it now.
+        """
+        if self.state != "running" or not isinstance(self._node, Wait):
+            where = f" in {self._automaton.node.name}" if self._automaton else ""
+            raise ValueError(f"no node waits for an event: the arm is {self.state}{where}")
+        self._node.signal(name)
+
+    @property
+    def platform_pose(self) -> Array:
+        """Where the platform is taken to be: X_OB, shape (3,) [m, m, rad]."""
+        return self._platform.base.pose
 
     def pause(self) -> None:
         """Let go of the board and wait.
@@ -140,6 +178,60 @@ class Executive:
         self._take(Return(self._interrupted.desired, self._interrupted.pressing))
         self._go("resuming", "")
 
+    def jump(self, node: str) -> None:
+        """Let an interrupted program go on in another of its nodes once it is resumed.
+
+        Nothing moves before. The node is entered anew; one that presses is entered where the pen
+        pressed when the program was interrupted, after it was put back there.
+
+        Raises:
+            ValueError: the program is not interrupted, has no such node, or the node would press
+                where nothing was touched.
+        """
+        automaton = self._halted()
+        if node not in automaton.program.nodes:
+            known = ", ".join(automaton.program.nodes)
+            raise ValueError(f"there is no node {node!r} to jump to; there are: {known}")
+        self._redirect("jump", node)
+        automaton.reset(node)
+
+    def follow(self, event: str) -> None:
+        """Let an interrupted program go on, once resumed, as if its node had raised an event.
+
+        Raises:
+            ValueError: as for ``jump``, or the node does not handle the event.
+        """
+        automaton = self._halted()
+        node = automaton.node
+        targets = {} if node.terminal else {**node.transitions, ABORT: automaton.program.abort}
+        if event not in targets:
+            known = ", ".join(targets) or "none"
+            raise ValueError(f"{node.name} does not handle {event!r}; it handles: {known}")
+        self._redirect(event, targets[event])
+        automaton.fire(event)
+
+    def _halted(self) -> Automaton:
+        """The interrupted program."""
+        if self.state not in ("paused", "safe_hold") or self._automaton is None:
+            raise ValueError(f"the arm is {self.state}{self._because()}; pause its program first")
+        return self._automaton
+
+    def _redirect(self, event: str, target: str) -> None:
+        """Make sure that a node may be entered when the program is resumed, and have it so."""
+        automaton = self._halted()
+        node = automaton.program.node(target)
+        presses = not node.terminal and build(node, automaton.program).pressing
+        if presses and (self._interrupted is None or not self._interrupted.pressing):
+            raise ValueError(
+                f"{target} presses on the board, and the pen is not on it; "
+                "jump to the node that brings it there"
+            )
+        if not presses:
+            self._interrupted = None  # no need to go back to where it was
+        self._node = None
+        self._event = event
+        self._go(self.state, f"goes on in {target}")
+
     def stop(self) -> None:
         """Give the program up, let go of the board, hold still."""
         if self.state == "protective_stop":
@@ -147,6 +239,29 @@ class Executive:
         self._let_go(keep_place=self.sees)
         self._drop_program()
         self._go("idle", "stopped by request")
+
+    def abort(self) -> None:
+        """Go to the program's abort node, from whatever node it is in or was interrupted in.
+
+        Raises:
+            ValueError: no program is running or interrupted, or there is no valid estimate.
+        """
+        if self.state not in ("running", "resuming", "paused", "safe_hold"):
+            raise ValueError(f"no program to abort: the arm is {self.state}{self._because()}")
+        if self._automaton is None:
+            raise ValueError("no program to abort: it was never begun")
+        if self._platform.problem:
+            raise ValueError(f"cannot go on yet: {self._platform.problem}; stop instead")
+        self._automaton.fire(ABORT)
+        self._event = ABORT
+        self._interrupted = None
+        if self._automaton.finished:
+            self._let_go(keep_place=True)
+            self._node = None
+            self._go("finished", "aborted")
+            return
+        self._start_node = True
+        self._go("running", "")
 
     def protective_stop(self, reason: str) -> None:
         """Stop now; only ``reset`` leads out."""
@@ -218,13 +333,18 @@ class Executive:
             reach_margin=reach,
             desired=self._desired,
             velocity=self._last.velocity,
+            contact=contact,
+            stiffness=self._stiffness,
+            pace=self._pace,
         )
         self._run(context)
         objective = self._last.objective
         if objective is None:
             wanted = np.zeros(6)
         else:
-            wanted = solve([part.rows(kinematics, dt) for part in objective.parts()], 6)
+            solution = priorities([part.rows(kinematics, dt) for part in objective.parts()], 6)
+            wanted = solution.qd
+            self._mind(solution.manipulability)
         reference.follow(wanted, dt)
         tau = self._law.torque(
             dt,
@@ -275,6 +395,7 @@ class Executive:
 
     def _run(self, context: Context) -> None:
         """Step what is in control, and follow its events."""
+        self._new_node = False
         if self._start_node:
             self._start_node = False
             context.desired = context.tip
@@ -289,12 +410,29 @@ class Executive:
         if self._control is None:
             self._last = Step(None, context.tip, np.zeros(3))
             return
-        self._last = self._control.update(context)
-        self._desired = self._last.desired
+        self._update(self._control, context)
+        if self._guarded(context):
+            self._update(self._control, context)
         # what follows takes over within this tick; the language refuses cycles that take no time
         while self._last.event is not None and self._follow(self._last.event, context):
-            self._last = self._control.update(context)
-            self._desired = self._last.desired
+            self._update(self._control, context)
+
+    def _update(self, control: Control | Retreat | Return | Station, context: Context) -> None:
+        """Take one step of what is in control."""
+        step = self._last = control.update(context)
+        self._desired = step.desired
+        if step.part != self._part:
+            self._part = step.part
+            self._reference.switch()
+        if step.drawing and self._drawn != (self._entered, step.part):
+            self._drawn = (self._entered, step.part)
+            self._strokes += 1
+        if step.goal is None:
+            self._changed |= self._goal is not None
+        elif self._goal is None or (step.goal != self._goal).any():
+            self._goals += 1
+            self._changed = True
+        self._goal = step.goal
 
     def _follow(self, event: str, context: Context) -> bool:
         """Act on an event; returns whether there is something new in control."""
@@ -302,6 +440,11 @@ class Executive:
         if self.state == "resuming" and event == "Out_of_Reach":
             self._interrupt("safe_hold", "the board is not where it was")
             return False
+        if self.state == "resuming" and self._node is None:  # it was told to go on elsewhere
+            self._interrupted = None
+            self._go("running", "")
+            self._next_node(context)
+            return True
         if self.state == "resuming" and self._node is not None:
             self._control = self._node
             self._node.resume(context)
@@ -312,14 +455,33 @@ class Executive:
             return True
         if self.state == "running" and self._automaton is not None:
             self._event = event
+            self._note = self._last.reason
             self._automaton.fire(event)
             self._next_node(context)
             return True
         return False
 
+    def _guarded(self, context: Context) -> bool:
+        """Follow a guard that holds, unless the node is new or has raised an event."""
+        automaton = self._automaton
+        if self.state != "running" or automaton is None or self._new_node:
+            return False
+        self._in_node += context.dt
+        if self._last.event is not None or not automaton.guards:
+            return False
+        values = quantities(context, self._last, self._in_node, self._felt.value)
+        if automaton.check_guards(values) is None:
+            return False
+        self._event = automaton.history[-1].event
+        context.desired = self._desired
+        self._next_node(context)
+        return True
+
     def _next_node(self, context: Context) -> None:
         """Enter the automaton's current node."""
         assert self._automaton is not None
+        self._in_node = 0.0
+        self._new_node = True
         self._changed = True
         self._reference.switch()
         if self._automaton.finished:
@@ -329,11 +491,9 @@ class Executive:
             self._go("finished", "")
             return
         node = self._automaton.node
-        make = REGISTRY[node.type].make
-        assert make is not None
-        self._node = self._control = make(node.parameters)
-        if self._node.pressing:
-            self._strokes += 1
+        self._node = self._control = build(node, self._automaton.program)
+        self._entered += 1
+        self._part = 0
         self._node.enter(context)
 
     # --- interruptions ----------------------------------------------------------------------
@@ -360,6 +520,18 @@ class Executive:
         self._automaton = None
         self._node = None
         self._interrupted = None
+
+    def _mind(self, manipulability: float) -> None:
+        """Slow down towards a singular posture, and refuse to go on right at it.
+
+        There a small motion of the tool asks for any motion of the joints. The platform may drive
+        the arm there as well, which no slowness helps against.
+        """
+        self._pace = smooth((manipulability - REFUSED) / (SLOWED - REFUSED))
+        if manipulability < REFUSED and self.state in ("running", "resuming"):
+            self._interrupt(
+                "safe_hold", f"near a singular posture: manipulability {manipulability:.3f}"
+            )
 
     def _touching(self) -> bool:
         """Whether the tool may be in contact."""
@@ -388,7 +560,7 @@ class Executive:
         self._changed = False
         self._status_due = now + STATUS_PERIOD
         automaton = self._automaton
-        reason = self.reason
+        reason = self.reason or self._note
         if self.state in ("paused", "safe_hold") and automaton:
             reason = f"{reason}; interrupted in {automaton.node.name}: resume or stop the program"
         return ArmStatus(
@@ -406,4 +578,6 @@ class Executive:
             force_reference=self._last.force,
             reach_margin=self._reach,
             joint_margin=self._limits.joint_margin,
+            goal_number=0 if self._goal is None else self._goals,
+            goal=np.zeros(3) if self._goal is None else self._goal,
         )

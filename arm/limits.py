@@ -78,11 +78,11 @@ class Limits:
         """
         # encoder differences are noisy: judge the speed over about 10 ms
         self._speed += min(dt / 0.01, 1.0) * (qd - self._speed)
-        speed = np.abs(self._speed) / self._velocity
-        i = int(speed.argmax())
-        if speed[i] > 1.0:
+        speed = np.abs(self._speed) - self._velocity
+        if speed.max() > 0.0:
+            i = int((np.abs(self._speed) / self._velocity).argmax())
             return f"velocity limit of {self._names[i]}: {self._speed[i]:.2f} rad/s"
-        force = math.sqrt(float(wrench[:3] @ wrench[:3]))
+        force = math.hypot(*wrench[:3].tolist())
         if force > self._force:
             return f"force limit at the wrist: {force:.0f} N of {self._force:.0f} N"
         margin = self.joint_margin = self.model.joint_margin(q)
@@ -94,8 +94,8 @@ class Limits:
                 return f"reach limit: {-1000 * reach_margin:.0f} mm beyond"
             self._reach_floor = min(max(self._reach_floor, reach_margin - EXCUSED), 0.0)
         error = np.abs(q_ref - q)
-        i = int(error.argmax())
-        if error[i] > TRACKING:
+        if error.max() > TRACKING:
+            i = int(error.argmax())
             return f"tracking limit of {self._names[i]}: {error[i]:.2f} rad behind its reference"
         self._saturated = self._saturated + dt if saturated else 0.0
         if self._saturated > PATIENCE:

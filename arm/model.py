@@ -6,14 +6,17 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg.lapack import dposv
 
 from deploy.robot import Robot
 from deploy.skeleton import ARM, DOFS, PLATFORM, load_skeleton
 
 Array = NDArray[np.float64]
 
+_LINEAR_FIRST = np.array([3, 4, 5, 0, 1, 2])
 
-@dataclass(frozen=True)
+
+@dataclass(slots=True, eq=False)
 class Base:
     """Motion of the platform at one instant, in O.
 
@@ -21,11 +24,14 @@ class Base:
         pose: X_OB as x, y [m], heading [rad].
         velocity: V_OB_O, shape (3,).
         acceleration: A_OB_O, shape (3,).
+        steady: what of the velocity the acceleration accounts for, shape (3,): smoother than the
+            velocity, which is also bent so that the pose comes right; None is the velocity.
     """
 
     pose: Array
     velocity: Array
     acceleration: Array
+    steady: Array | None = None
 
     def after(self, dt: float) -> Base:
         """The motion ``dt`` [s] later, with the acceleration kept."""
@@ -39,7 +45,7 @@ class Base:
 STANDING = Base(np.zeros(3), np.zeros(3), np.zeros(3))
 
 
-@dataclass(frozen=True)
+@dataclass(slots=True, eq=False)
 class Kinematics:
     """Where the pen tip is and how joints and platform move it.
 
@@ -49,6 +55,8 @@ class Kinematics:
         J: of the tip (linear, then angular velocity) in O by joint rates, shape (6, 6).
         drift: velocity of the tip in O that the platform alone causes, shape (6,).
         q: joint positions there, shape (6,) [rad].
+        steady: the drift that the platform's ``steady`` velocity causes, for what is sensitive to
+            velocity and not to pose; None is the drift.
     """
 
     p: Array
@@ -56,6 +64,7 @@ class Kinematics:
     J: Array
     drift: Array
     q: Array
+    steady: Array | None = None
 
 
 class ArmModel:
@@ -96,16 +105,16 @@ class ArmModel:
         self._skeleton.setVelocities(self._velocities)
         pose = self._pen.getWorldTransform().matrix()
         jacobian = self._skeleton.getWorldJacobian(self._pen, self._tip)  # angular rows first
-        J = np.empty((6, 9))
-        J[:3] = jacobian[3:, :9]
-        J[3:] = jacobian[:3, :9]
+        J = jacobian.take(_LINEAR_FIRST, axis=0)
+        platform = J[:, PLATFORM]
         R = pose[:3, :3]
         return Kinematics(
             p=pose[:3, 3] + R @ self._tip,
             R=R,
             J=J[:, ARM],
-            drift=J[:, PLATFORM] @ base.velocity,
+            drift=platform @ base.velocity,
             q=q,
+            steady=None if base.steady is None else platform @ base.steady,
         )
 
     def torque(self, feedforward: Array, feedback: Array, base_acceleration: Array) -> Array:
@@ -124,13 +133,12 @@ class ArmModel:
         mass = self._skeleton.getMassMatrix()
         bias = self._skeleton.getCoriolisAndGravityForces()
         M_ab = mass[ARM, PLATFORM]
-        recoil = np.linalg.solve(mass[PLATFORM, PLATFORM], -(M_ab.T @ feedback))
+        recoil = dposv(mass[PLATFORM, PLATFORM], M_ab.T @ feedback)[1]
         self._inertia = mass.diagonal()[ARM]
-        return (
-            mass[ARM, ARM] @ (feedforward + feedback)
-            + M_ab @ (base_acceleration + recoil)
-            + bias[ARM]
-        )
+        tau: Array = mass[ARM, ARM] @ (feedforward + feedback)
+        tau += M_ab @ (base_acceleration - recoil)
+        tau += bias[ARM]
+        return tau
 
     def inertia_diagonal(self) -> Array:
         """Inertia each joint sees at the state of the last ``torque``, shape (6,) [kg m^2]."""
@@ -138,12 +146,17 @@ class ArmModel:
 
     def stretch(self) -> float:
         """Distance from shoulder to wrist at the state last placed [m]."""
+        wrist, shoulder = self.wrist_and_shoulder()
+        return float(np.linalg.norm(wrist - shoulder))
+
+    def wrist_and_shoulder(self) -> tuple[Array, Array]:
+        """Centres of wrist and shoulder in O at the state last placed, shapes (3,) [m]."""
         wrist, shoulder = (
             np.asarray(body.getWorldTransform().translation()).reshape(3)
             for body in (self._wrist, self._shoulder)
         )
-        return float(np.linalg.norm(wrist - shoulder))
+        return wrist, shoulder
 
     def joint_margin(self, q: Array) -> float:
         """Smallest distance of ``q`` to a joint limit [rad]; negative beyond it."""
-        return float(min((q - self.q_lower).min(), (self.q_upper - q).min()))
+        return float(np.minimum(q - self.q_lower, self.q_upper - q).min())

@@ -11,12 +11,19 @@ from services.messages import Estimate
 
 ESTIMATE_AGE = 0.05
 """An estimate older than this is not to be trusted [s]."""
+STEADY = 0.3
+"""Time constant with which the steady velocity takes over the observer's corrections [s]."""
 FADE = 0.15
 """Time constant with which the platform's velocity fades once its estimate is gone [s]."""
 
 
 class PlatformMotion:
     """Follows the estimate; without a usable one, lets the last known motion fade to rest.
+
+    The observer bends its velocity so that its pose comes right without a step. A tool on a
+    surface feels these bends as force and has no use for the pose along the surface's normal. So
+    the motion carries a second, steady velocity: the acceleration, integrated, drawn to the
+    velocity with ``STEADY``.
 
     Attributes:
         base: the motion at the instant of the last ``follow``.
@@ -31,12 +38,24 @@ class PlatformMotion:
         """Advance to ``now`` [s], ``dt`` [s] after the last call; returns ``problem``."""
         self.problem = _unusable(now, estimate)
         if estimate is not None and not self.problem:
-            known = Base(estimate.pose, estimate.velocity, estimate.acceleration)
-            self.base = known.after(now - estimate.t)
+            self.base = self._brought_forward(dt, now - estimate.t, estimate)
         else:
             velocity = self.base.velocity * math.exp(-dt / FADE)
             self.base = Base(self.base.pose + velocity * dt, velocity, np.zeros(3))
         return self.problem
+
+    def _brought_forward(self, dt: float, age: float, estimate: Estimate) -> Base:
+        """What was estimated ``age`` [s] ago, now, with its acceleration kept."""
+        acceleration = estimate.acceleration
+        gained = acceleration * age
+        velocity = estimate.velocity + gained
+        pose = estimate.pose + (estimate.velocity + 0.5 * gained) * age
+        before = self.base.steady
+        if before is None:
+            return Base(pose, velocity, acceleration, velocity)
+        steady = before + acceleration * dt
+        steady += (velocity - steady) * -math.expm1(-dt / STEADY)
+        return Base(pose, velocity, acceleration, steady)
 
 
 def _unusable(now: float, estimate: Estimate | None) -> str:

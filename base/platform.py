@@ -102,6 +102,11 @@ class Platform:
         """Why the platform stands until it is told to resume; empty if it does not."""
         return self._stopped
 
+    @property
+    def doing(self) -> str:
+        """How far the task is, in one word of its behaviour's."""
+        return self._main.state
+
     def stop(self, reason: str = "stopped by request") -> None:
         """Bring the platform to rest and keep it there until ``resume``."""
         self._stopped = reason

@@ -9,6 +9,7 @@ from typing import Any
 from arm.executive import Executive
 from arm.hds import Program, ProgramError, load
 from arm.nodes import REGISTRY
+from arm.reachable import Reachability
 from deploy.task import find_program
 from deploy.tomlfile import BadFile
 from services.service import Inbox, Outbox, Reply, act_on
@@ -22,7 +23,18 @@ class ArmService:
     name = "arm"
     period = 0.001
     inputs: tuple[Topic, ...] = (ARM_STATE, ESTIMATE)
-    verbs: tuple[str, ...] = ("start", "pause", "resume", "stop", "reset", "protective_stop")
+    verbs: tuple[str, ...] = (
+        "start",
+        "pause",
+        "resume",
+        "stop",
+        "abort",
+        "jump",
+        "follow",
+        "reset",
+        "protective_stop",
+        "event",
+    )
 
     def __init__(self, scenario: Scenario, live: bool, restarted: bool) -> None:
         self._executive = Executive(scenario.robot, scenario.task.board)
@@ -33,6 +45,7 @@ class ArmService:
         self._waiting = scenario.task.autostart and self._program is not None and not live
         if restarted:
             self._executive.reason = "restarted; start the program again when the robot is clear"
+        self._reach = Reachability(scenario.robot, scenario.task.board)
         self._t = -1.0
 
     def step(self, now: float, inbox: Inbox) -> Outbox:
@@ -46,6 +59,7 @@ class ArmService:
         if self._waiting and now >= self._start_at and self._executive.sees:
             self._waiting = False
             assert self._program is not None
+            self._refuse_unreachable(self._program)
             self._executive.start(self._program)
         out: Outbox = [(ARM_COMMAND, command)]
         if status is not None:
@@ -59,13 +73,19 @@ class ArmService:
             "pause": executive.pause,
             "resume": executive.resume,
             "stop": executive.stop,
+            "abort": executive.abort,
+            "jump": lambda: executive.jump(str(args.get("node", ""))),
+            "follow": lambda: executive.follow(str(args.get("event", ""))),
             "reset": executive.reset,
+            "event": lambda: executive.signal(str(args.get("name", ""))),
             "protective_stop": lambda: executive.protective_stop(
                 str(args.get("reason", "asked for by a person"))
             ),
         }
         if verb == "start":
             program = self._load(str(args.get("program", "")))
+            if executive.sees:  # without an estimate the start itself is refused
+                self._refuse_unreachable(program)
             acts["start"] = lambda: executive.start(program)
         return act_on(acts, verb)
 
@@ -79,6 +99,10 @@ class ArmService:
             return load(path if path.is_file() else find_program(name), REGISTRY)
         except (ProgramError, BadFile, OSError) as error:
             raise ValueError(str(error)) from None
+
+    def _refuse_unreachable(self, program: Program) -> None:
+        """Raise ValueError if a node's points are out of reach; takes too long for the loop."""
+        self._reach.refuse(program, self._executive.platform_pose)
 
     def state(self) -> tuple[str, str]:
         """State and reason of the executive."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from base.arm_goal import ArmGoal
 from base.platform import PERIOD, Platform
 from deploy.robot import load_robot
 from services import messages as m
@@ -28,6 +29,7 @@ class BaseService:
 
     def __init__(self, scenario: Scenario, restarted: bool) -> None:
         self._platform = Platform(load_robot(scenario.robot), scenario.task.base, restarted)
+        self._arm_goal = ArmGoal(self._platform)
         self._status = m.BaseStatus(t=0.0)
         self._stopped_for_arm = False
         self._asked_to_stop = restarted
@@ -36,6 +38,7 @@ class BaseService:
         """One decision of the arbiter."""
         arm = inbox.latest(ARM_STATUS)
         self._mind(arm, inbox.age(ARM_STATUS, now))
+        self._arm_goal.heed(arm)
         command, self._status = self._platform.step(now, inbox.latest(ESTIMATE), arm)
         return [(BASE_COMMAND, command), (BASE_STATUS, self._status)]
 

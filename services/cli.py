@@ -11,30 +11,24 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.markup import escape
 
-from services import cli_replay, cli_requests, cli_run, doctor, watch
-from services.cli_bench import bench
 from services.cli_common import Json, Robot, RunDir, console, errors, fail, show_json
-from services.cli_program import program
+from services.cli_lazy import LazyGroup
 
 if TYPE_CHECKING:
     from services.supervisor import Event, Plan
 
 app = typer.Typer(
+    cls=LazyGroup,
     rich_markup_mode=None,  # it would take units in brackets for markup
-    help="Robot software for hands that stay steady on moving bases.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
 )
-app.add_typer(program, name="program")
-app.add_typer(bench, name="bench")
-app.add_typer(cli_requests.arm, name="arm")
-app.add_typer(cli_requests.base, name="base")
-app.command()(cli_run.run)
-app.command()(cli_replay.replay)
-app.command()(cli_replay.tune)
-app.command()(cli_requests.disturb)
-app.command()(watch.watch)
-app.command(name="doctor")(doctor.doctor)
+
+
+@app.callback()
+def steadyhand() -> None:
+    """Robot software for hands that stay steady on moving bases."""
+
 
 COLOURS = {"ready": "green", "restarted": "green", "died": "red", "hung": "red"}
 
@@ -132,6 +126,7 @@ def up(
 
 def report_of(plan: Plan, folder: Path, events: list[Event], quiet: bool) -> dict[str, Any] | None:
     """Judge what the recorder wrote; None if it wrote nothing that can be judged."""
+    from services.cli_run import show
     from services.live_report import write_live_report
     from services.runlog import BadLog
 
@@ -141,20 +136,22 @@ def report_of(plan: Plan, folder: Path, events: list[Event], quiet: bool) -> dic
         errors.print(f"no report: {escape(str(error))}")
         return None
     if not quiet:
-        cli_run.show(result)
+        show(result)
         console.print(f"log and pictures in {folder}", highlight=False)
     return result
 
 
 def main() -> None:
     """Entry point: errors people can do something about come without a traceback."""
-    from deploy.tomlfile import BadFile
-    from services.endpoints import BadEndpoint
-    from services.supervisor import AlreadyRunning, StartFailed
-
     try:
         app()
-    except (BadFile, BadEndpoint, AlreadyRunning, StartFailed) as error:
+    except (ValueError, RuntimeError) as error:
+        from deploy.tomlfile import BadFile
+        from services.endpoints import BadEndpoint
+        from services.supervisor import AlreadyRunning, StartFailed
+
+        if not isinstance(error, BadFile | BadEndpoint | AlreadyRunning | StartFailed):
+            raise
         errors.print("[bold red]error:[/]", escape(str(error)), highlight=False)
         sys.exit(2 if isinstance(error, BadFile) else 1)
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from services import cli_requests
+from services import cli_program_look, cli_requests
 from services.cli_common import Json, show_json
 
 if TYPE_CHECKING:
@@ -21,8 +21,13 @@ program = typer.Typer(
 for command in (
     cli_requests.start,
     cli_requests.stop,
+    cli_requests.abort,
     cli_requests.pause,
     cli_requests.resume,
+    cli_requests.jump,
+    cli_requests.follow,
+    cli_requests.event,
+    *cli_program_look.COMMANDS,
 ):
     program.command()(command)
 
@@ -31,25 +36,35 @@ for command in (
 def check(
     files: Annotated[list[Path], typer.Argument(help="Files, or names in arm/programs.")],
     json: Json = False,
+    control: Annotated[
+        bool, typer.Option("--control", help="Also run them in simulation: do nodes prepare?")
+    ] = False,
+    samples: Annotated[int, typer.Option(min=1, help="Runs a program, with --control.")] = 30,
+    seed: Annotated[int, typer.Option(min=0, help="Of the first run.")] = 0,
+    scenario: Annotated[
+        str | None, typer.Option(help="To run in; by default the one made for the program.")
+    ] = None,
 ) -> None:
     """Check programs: all findings at once; exit code 1 if one of them must not run."""
     from arm.hds import Finding, ProgramError, load, render
     from arm.nodes import REGISTRY
-    from deploy.task import find_program
-    from deploy.tomlfile import BadFile
+    from arm.nodes.build import unusable
 
     found: list[Finding] = []
     for name in files:
         try:
-            file = name if name.is_file() else find_program(str(name))
-            found += load(file, REGISTRY).warnings
+            made = load(_file(name), REGISTRY)
+            found += [*made.warnings, *unusable(REGISTRY, made)]
         except ProgramError as error:
             found += error.findings
-        except (BadFile, OSError) as error:
-            text = error.findings[0] if isinstance(error, BadFile) else str(error.strerror)
-            text = text.removeprefix("task.program: ")
+        except OSError as error:
+            text = error.strerror or str(error)
             found.append(Finding("error", "unreadable", text, str(name), 1, 1, 0))
     bad = any(f.severity == "error" for f in found)
+    if control and not bad:
+        from services.cli_control import check_control
+
+        check_control([_file(name) for name in files], found, samples, seed, scenario, json)
     if json:
         show_json({"ok": not bad, "findings": [dataclasses.asdict(f) for f in found]})
     elif found:
@@ -57,6 +72,23 @@ def check(
     else:
         typer.echo(f"{len(files)} program{'s' if len(files) > 1 else ''}: no findings")
     raise typer.Exit(1 if bad else 0)
+
+
+def _file(name: Path) -> Path:
+    """The file of a program given as a file or by name.
+
+    Raises:
+        OSError: there is none; the text says which there are.
+    """
+    if name.is_file():
+        return name
+    from deploy.task import find_program  # takes a while to import
+    from deploy.tomlfile import BadFile
+
+    try:
+        return find_program(str(name))
+    except BadFile as error:
+        raise OSError(error.findings[0].removeprefix("task.program: ")) from None
 
 
 @program.command()
@@ -71,12 +103,17 @@ def types(json: Json = False) -> None:
         typer.echo(f"{name}: {kind.doc}")
         typer.echo(f"  raises {', '.join(event.name for event in kind.events)}")
         for p in kind.parameters:
-            typer.echo(f"  {p.name:10} {_range(p):34} {p.doc}")
+            typer.echo(f"  {p.name:12} {_range(p):44} {p.doc}")
+        guards = ", ".join(f"{q.name} [{q.unit}]" for q in kind.offers)
+        typer.echo(f"  guards may look at {guards}")
 
 
 def _range(p: Parameter) -> str:
     """Range, unit and default of a parameter, as a person would write them."""
     unit = p.default_unit
+    if p.kind == "word":
+        text = " or ".join(p.choices) if p.choices else 'a word or "text"'
+        return f"{text}, required" if p.default is None else f"{text}, default {p.default}"
     text = f"{unit.from_si(p.lo):g} to {unit.from_si(p.hi):g}"
     text += f" {unit.name}" if unit.name != "1" else ""
     if p.default is None:

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+import sys
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from services.cli_common import Json, Robot, RunDir, request
+from services.cli_common import Json, Robot, RunDir, fail, request
+
+Yes = Annotated[bool, typer.Option("--yes", help="Do not ask.")]
 
 arm = typer.Typer(help="Ask the arm.", no_args_is_help=True, rich_markup_mode=None)
 base = typer.Typer(help="The running platform.", no_args_is_help=True, rich_markup_mode=None)
@@ -99,6 +102,55 @@ def stop(robot: Robot = "r1", run_dir: RunDir = None, json: Json = False) -> Non
 def pause(robot: Robot = "r1", run_dir: RunDir = None, json: Json = False) -> None:
     """Pause the running program; it can be resumed."""
     request("arm", "pause", {}, robot, run_dir, json)
+
+
+def event(
+    name: Annotated[str, typer.Argument(help="The event a Wait node waits for.")],
+    robot: Robot = "r1",
+    run_dir: RunDir = None,
+    json: Json = False,
+) -> None:
+    """Tell the running program that something has happened."""
+    request("arm", "event", {"name": name}, robot, run_dir, json)
+
+
+def abort(robot: Robot = "r1", run_dir: RunDir = None, json: Json = False) -> None:
+    """Abort the program: it goes to its abort node, or ends."""
+    request("arm", "abort", {}, robot, run_dir, json)
+
+
+def jump(
+    node: Annotated[str, typer.Argument(help="Node of the paused program.")],
+    yes: Yes = False,
+    robot: Robot = "r1",
+    run_dir: RunDir = None,
+    json: Json = False,
+) -> None:
+    """Let a paused program go on in another node. Nothing moves before it is resumed."""
+    _confirm(f"When it is resumed, the program goes on in {node}, not where it was.", yes)
+    request("arm", "jump", {"node": node}, robot, run_dir, json)
+
+
+def follow(
+    event: Annotated[str, typer.Argument(help="Event the node handles, or Abort.")],
+    yes: Yes = False,
+    robot: Robot = "r1",
+    run_dir: RunDir = None,
+    json: Json = False,
+) -> None:
+    """Let a paused program go on as if its node had raised an event, once it is resumed."""
+    _confirm(f"When it is resumed, the program goes on as after {event}.", yes)
+    request("arm", "follow", {"event": event}, robot, run_dir, json)
+
+
+def _confirm(what: str, yes: bool) -> None:
+    """Have a person agree; leaves with exit code 1 if not, 2 if nobody can be asked."""
+    if yes:
+        return
+    if not sys.stdin.isatty():
+        fail(f"{what} Nobody is there to confirm: say --yes", 2)
+    if not typer.confirm(f"{what} Is the robot clear?"):
+        raise typer.Exit(1)
 
 
 def resume(robot: Robot = "r1", run_dir: RunDir = None, json: Json = False) -> None:

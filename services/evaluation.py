@@ -31,6 +31,8 @@ FORCE_WINDOW = 20
 """Force is judged on its mean over this many ticks of 1 ms."""
 PAUSE = 0.1
 """A stroke that is not drawn for this long was interrupted [s]."""
+ROUND = 0.98
+"""A closed curve whose intended axes have at least this ratio is a circle."""
 CLOSED = 1e-3
 """A stroke whose ends are this near to each other is a closed curve [m]."""
 
@@ -71,6 +73,11 @@ class Stroke:
     def closed(self) -> bool:
         """Whether the intended path comes back to where it began."""
         return bool(np.hypot(*(self.intended[-1] - self.intended[0])) < CLOSED)
+
+    @property
+    def round(self) -> bool:
+        """Whether a circle is intended."""
+        return self.closed and axis_ratio(self.intended) > ROUND
 
 
 def strokes_of(log: RunLog) -> list[Stroke]:
@@ -135,7 +142,7 @@ def figures_of(log: RunLog) -> dict[str, float | None]:
         out["tracked_rms_mm"] = 1e3 * rms(tracked)
         out["contact_fraction"] = float(touching.mean())
         out["force_rms_error_n"] = rms(force)
-        ratios = [axis_ratio(s.drawn[s.touching]) for s in strokes if s.closed]
+        ratios = [axis_ratio(s.drawn[s.touching]) for s in strokes if s.round]
         if ratios:
             out["circle_axis_ratio"] = min(ratios)
     out["torque_step_fraction"] = torque_step_fraction(log)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from services.messages import Message
 from services.service import Inbox, Service
@@ -22,13 +22,20 @@ class Lockstep:
         services: in stepping order; the sim first.
         latency: modelled age of a message when it is first seen [ticks of 1 ms], at least 1.
         listener: called with every message as it is sent.
+        late: ticks that messages of a topic, by its name, take on top of that.
     """
 
     def __init__(
-        self, services: Sequence[Service], latency: int = 1, listener: Listener | None = None
+        self,
+        services: Sequence[Service],
+        latency: int = 1,
+        listener: Listener | None = None,
+        late: Mapping[str, int] | None = None,
     ) -> None:
         if latency < 1:
             raise ValueError(f"latency is {latency} ticks; a message takes at least 1")
+        if late and min(late.values()) < 0:
+            raise ValueError("no message arrives before the others do")
         self.services = list(services)
         self.latency = latency
         self.tick = 0
@@ -39,7 +46,11 @@ class Lockstep:
         for service, inbox in zip(self.services, self._inboxes, strict=True):
             for topic in service.inputs:
                 self._readers.setdefault(topic.name, []).append(inbox)
-        self._flying: deque[tuple[int, Topic, Message]] = deque()
+        # by flight time: what left first arrives first
+        self._late = dict(late or {})
+        self._flights: dict[int, deque[tuple[int, Topic, Message]]] = {
+            extra: deque() for extra in sorted({0, *self._late.values()}, reverse=True)
+        }
 
     @property
     def now(self) -> float:
@@ -48,17 +59,18 @@ class Lockstep:
 
     def step(self) -> None:
         """Run one tick of 1 ms."""
-        tick, now = self.tick, self.now
-        flying = self._flying
-        while flying and flying[0][0] <= tick:
-            _, topic, message = flying.popleft()
-            for inbox in self._readers.get(topic.name, ()):
-                inbox.offer(topic, message)
+        tick, now, late = self.tick, self.now, self._late
+        for flying in self._flights.values():
+            while flying and flying[0][0] <= tick:
+                _, topic, message = flying.popleft()
+                for inbox in self._readers.get(topic.name, ()):
+                    inbox.offer(topic, message)
         for service, inbox, every in zip(self.services, self._inboxes, self._every, strict=True):
             if tick % every:
                 continue
             for topic, message in service.step(now, inbox):
                 if self._listener is not None:
                     self._listener(topic, message, now)
-                flying.append((tick + self.latency, topic, message))
+                extra = late.get(topic.name, 0) if late else 0
+                self._flights[extra].append((tick + self.latency + extra, topic, message))
         self.tick += 1

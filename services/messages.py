@@ -187,6 +187,12 @@ class ArmStatus(Message):
     """Distance left before the arm is stretched out [m]."""
     joint_margin: float = number("rad", default=0.0)
     """Smallest distance of a joint to its limit [rad]."""
+    goal_number: int = 0
+    """Counts the program's goals for the platform; 0 while it asks for none."""
+    goal: Array = field(
+        default_factory=lambda: np.zeros(3), metadata={"spec": Spec((3,), "m, m, rad", -1e5, 1e5)}
+    )
+    """Where the program asks the platform to be: X_OB."""
 
 
 @dataclass(frozen=True, slots=True)

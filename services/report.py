@@ -40,6 +40,7 @@ def write_pictures(log: RunLog, folder: Path, title: str) -> list[Path]:
     out = []
     pictures: dict[str, Callable[[RunLog, str], Figure | None]] = {
         "board": board,
+        "drawing": drawing,
         "estimate": estimate,
         "force": force,
         "torques": torques,
@@ -86,6 +87,27 @@ def board(log: RunLog, title: str) -> Figure | None:
     right.set(aspect="equal", xlabel="$x_S$ [mm]", title="distance to the intended line")
     figure.colorbar(right.collections[0], ax=right, label="[mm]", shrink=0.8)
     figure.suptitle(title)
+    return figure
+
+
+def drawing(log: RunLog, title: str) -> Figure | None:
+    """What is on the board at the end: the drawn line, and nothing else."""
+    strokes = [s for s in strokes_of(log) if s.touching.any()]
+    if not strokes:
+        return None
+    lo, hi = (
+        f([f(s.drawn[s.touching], axis=0) for s in strokes], axis=0) - m
+        for f, m in ((np.min, 0.01), (np.max, -0.01))
+    )
+    width, height = np.maximum(hi - lo, 0.05)
+    scale = 8.0 / max(width, height)
+    figure = plt.figure(figsize=(scale * width, scale * height))
+    axis = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+    for s in strokes:
+        touched = np.where(s.touching[:, None], s.drawn, np.nan)[::5]
+        axis.plot(*touched.T, color="black", lw=1.3, solid_capstyle="round")
+    axis.set(xlim=(lo[0], hi[0]), ylim=(lo[1], hi[1]), aspect="equal")
+    axis.axis("off")
     return figure
 
 

@@ -51,7 +51,7 @@ class Drive:
     ) -> None:
         self._speed = robot.platform.speed_limit
         self._acceleration = robot.platform.acceleration_limit
-        self._inertia = inertia
+        self._inertia = inertia.tolist()
         self._lag = lag
         self.standing = True
         self._roughness = roughness
@@ -70,20 +70,20 @@ class Drive:
         """
         silent = command is None or now - command.t > WATCHDOG
         wanted = ZERO if silent or command is None else command.velocity.tolist()
-        rough = self._rough(dt)
-        fastest = max(map(abs, velocity))
+        rough = self._rough(dt).tolist()
+        vx, vy, w = now_at = velocity.tolist()
+        fastest = max(map(abs, now_at))
         self.standing = fastest < STANDSTILL and not any(wanted)
         driving = fastest > STANDSTILL
         lag = BRAKE_LAG if silent else self._lag
-        force = np.empty(3)
-        vx, vy, w = velocity
+        force = [0.0, 0.0, 0.0]
         turning = (-w * vy, w * vx, 0.0)  # the drive steers B, which turns: v' = a - w x v
         for i in range(3):
-            error = clamp(wanted[i], self._speed[i]) - velocity[i]
+            error = clamp(wanted[i], self._speed[i]) - now_at[i]
             a = clamp(error / lag, self._acceleration[i])
             a += turning[i]
             force[i] = self._inertia[i] * (a + rough[i] if driving else a)
-        return force
+        return np.array(force)
 
     def _rough(self, dt: float) -> Array:
         keep = math.exp(-dt / self._correlation)

@@ -35,6 +35,8 @@ class Effects:
     gyro_bias: Array = field(default_factory=lambda: np.zeros(3))
     accel_bias: Array = field(default_factory=lambda: np.zeros(3))
     names: list[str] = field(default_factory=list)
+    slips: bool = False
+    """Whether a slip acts."""
 
 
 NONE = Effects()
@@ -57,6 +59,7 @@ def effects_at(now: float, timeline: list[Timed]) -> Effects:
             out.yaw += d.yaw * wave
         elif isinstance(d, Slip):
             # from rest to rest: a velocity of 1 - cos, which carries ``distance``
+            out.slips = True
             phase = 2 * math.pi * (now - d.t) / d.duration
             mean = d.distance / d.duration * _towards(d.direction)[:2]
             out.slip = out.slip + mean * (1.0 - math.cos(phase))

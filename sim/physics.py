@@ -167,7 +167,7 @@ class Physics:
         forces[2] = drive[2]
         if effects.yaw:
             forces[2] += effects.yaw * self.drive_inertia()[2]
-        if effects.slip_acceleration.any():
+        if effects.slips:
             forces[:2] += self.drive_inertia()[:2] * effects.slip_acceleration
         forces[ARM] = self.applied
         self._skeleton.setForces(forces)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -112,9 +114,10 @@ class Simulator:
         if silent != self._braked:
             self._set_brakes(silent)
         torque = np.zeros(6) if arm is None or silent else arm.tau
-        rolling = velocity - np.array([*effects.slip, 0.0])  # what the wheels see
-        drive = self._drive.force(now, DT, base, self._in_body(rolling))
-        standing = self._drive.standing and not effects.slip.any()
+        # what the wheels see
+        rolling = velocity - np.array([*effects.slip, 0.0]) if effects.slips else velocity
+        drive = self._drive.force(now, DT, base, _in_body(float(pose[2]), rolling))
+        standing = self._drive.standing and not (effects.slips and effects.slip.any())
         if standing != self._standing:
             self._standing = standing
             physics.set_wheel_friction(HOLDING if self._standing else ROLLING)
@@ -138,12 +141,12 @@ class Simulator:
     def _encoders(self) -> Array:
         return np.round(self.physics.q / self._resolution)
 
-    def _in_body(self, velocity: Array) -> Array:
-        heading = self.physics.pose[2]
-        c, s = np.cos(heading), np.sin(heading)
-        vx, vy, w = velocity
-        return np.array([c * vx + s * vy, c * vy - s * vx, w])
-
     def _set_brakes(self, on: bool) -> None:
         self._braked = on
         self.physics.set_friction(BRAKE + self.physics.drawn.coulomb if on else None)
+
+
+def _in_body(heading: float, velocity: Array) -> Array:
+    c, s = math.cos(heading), math.sin(heading)
+    vx, vy, w = velocity.tolist()
+    return np.array([c * vx + s * vy, c * vy - s * vx, w])

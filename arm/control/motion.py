@@ -1,17 +1,20 @@
-"""Motion objectives of the tip: position along chosen axes, and orientation of the tool."""
+"""Motion objectives of the tip: position, distance to a line, orientation of the tool."""
 
 from __future__ import annotations
+
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from arm.control.objective import Objective, Rows
-from arm.model import Kinematics
+from arm.control.objective import GAIN, Objective, Rows, edge
+
+if TYPE_CHECKING:
+    from arm.model import Kinematics
 
 Array = NDArray[np.float64]
 
-GAIN = 8.0
-"""Rate at which a position or orientation error of the reference decays [1/s]."""
+__all__ = ["GAIN", "Line", "Orientation", "Position"]
 
 
 class Position(Objective):
@@ -22,6 +25,8 @@ class Position(Objective):
         gain: decay of the error [1/s].
         tolerance: radius of the goal region [m]; 0 keeps the objective always active.
     """
+
+    name = "position"
 
     def __init__(self, axes: Array, gain: float = GAIN, tolerance: float = 0.0) -> None:
         self.axes = axes
@@ -35,11 +40,48 @@ class Position(Objective):
         self.target = target
         self.velocity = velocity
 
+    def error(self, kinematics: Kinematics) -> Array:
+        """From the tip to the target along the axes, shape (m,) [m]."""
+        return self.axes @ (self.target - kinematics.p)
+
+    def jacobian(self, kinematics: Kinematics) -> Array:
+        """Of the tip's position along the axes."""
+        return self.axes @ kinematics.J[:3]
+
     def rows(self, kinematics: Kinematics, dt: float) -> Rows:
         """Velocity of the target plus gain times error, less what the platform does."""
-        error = self.axes @ (self.target - kinematics.p)
+        error = self.error(kinematics)
         rate = self.axes @ (self.velocity - kinematics.drift[:3]) + self.gain * error
-        return Rows(self.axes @ kinematics.J[:3], rate, edge(error, self.tolerance))
+        return Rows(self.jacobian(kinematics), rate, edge(error, self.tolerance))
+
+
+class Line(Position):
+    """Keeps the tip on a line, anywhere along it: its goal is a set, not a point.
+
+    So that a controller subject to it may slide along the line, as Φ_reach of Platt et al. lets
+    the palms do.
+
+    Args:
+        direction: of the line in O, shape (3,); any length but 0.
+        gain: decay of the distance [1/s].
+        tolerance: radius of the goal region about the line [m].
+
+    Raises:
+        ValueError: the direction has no length.
+    """
+
+    name = "line"
+
+    def __init__(self, direction: Array, gain: float = GAIN, tolerance: float = 0.0) -> None:
+        if not np.linalg.norm(direction) > 0:
+            raise ValueError("a line needs a direction")
+        # the other two columns of a full QR are an orthonormal basis across the direction
+        across = np.linalg.qr(np.asarray(direction, dtype=float)[:, None], mode="complete")[0]
+        super().__init__(np.ascontiguousarray(across[:, 1:].T), gain, tolerance)
+
+    def through(self, point: Array, velocity: Array | None = None) -> None:
+        """Put the line through ``point`` in O [m], which moves with ``velocity`` [m/s]."""
+        self.track(point, np.zeros(3) if velocity is None else velocity)
 
 
 class Orientation(Objective):
@@ -51,42 +93,25 @@ class Orientation(Objective):
         tolerance: radius of the goal region [rad]; 0 keeps the objective always active.
     """
 
+    name = "orientation"
+
     def __init__(self, target: Array, gain: float = GAIN, tolerance: float = 0.0) -> None:
         self.target = target
         self.gain = gain
         self.tolerance = tolerance
 
+    def error(self, kinematics: Kinematics) -> Array:
+        """Sine of the angle still to go about the common axis, shape (3,) in O."""
+        # half the sum of cross products of the axes
+        E = (kinematics.R @ self.target.T).tolist()
+        return np.array([E[1][2] - E[2][1], E[2][0] - E[0][2], E[0][1] - E[1][0]]) * 0.5
+
+    def jacobian(self, kinematics: Kinematics) -> Array:
+        """Of the tool's angular velocity."""
+        return kinematics.J[3:]
+
     def rows(self, kinematics: Kinematics, dt: float) -> Rows:
         """Gain times the rotation still to go, less what the platform does."""
-        R, T = kinematics.R, self.target
-        # half the sum of cross products of the axes: sine of the angle about the common axis
-        E = R @ T.T
-        error = -0.5 * np.array([E[2, 1] - E[1, 2], E[0, 2] - E[2, 0], E[1, 0] - E[0, 1]])
+        error = self.error(kinematics)
         rate = self.gain * error - kinematics.drift[3:]
         return Rows(kinematics.J[3:], rate, edge(error, self.tolerance))
-
-
-class Posture(Objective):
-    """Draws the joints towards a posture with what freedom is left.
-
-    Args:
-        target: joint positions, shape (6,) [rad].
-        gain: [1/s].
-    """
-
-    def __init__(self, target: Array, gain: float = 1.0) -> None:
-        self.target = target
-        self.gain = gain
-
-    def rows(self, kinematics: Kinematics, dt: float) -> Rows:
-        """Gain times the distance, joint by joint."""
-        return Rows(np.eye(len(self.target)), self.gain * (self.target - kinematics.q))
-
-
-def edge(error: Array, tolerance: float) -> float:
-    """Activation of an objective: 0 within half the tolerance, 1 outside it, smooth between."""
-    if tolerance <= 0.0:
-        return 1.0
-    x = 2.0 * float(np.linalg.norm(error)) / tolerance - 1.0
-    x = min(max(x, 0.0), 1.0)
-    return x * x * (3.0 - 2.0 * x)

@@ -53,6 +53,7 @@ class TorqueLaw:
         self._viscous = np.array(arm.viscous_friction)
         self.limit = np.array(arm.torque_limit)
         self.coulomb = self._coulomb_nominal.copy()
+        self._tune(0.001)
         self.reset(np.zeros(6))
 
     def reset(self, qd: Array) -> None:
@@ -90,33 +91,42 @@ class TorqueLaw:
             contact: force of the tool on the world in O, shape (3,) [N].
         """
         g = self.gains
-        self._qdd_ref += blend(g.acceleration_filter, dt) * (
-            (qd_ref - self._qd_ref) / dt - self._qdd_ref
-        )
-        self._qd_ref = qd_ref.copy()
-        error = q_ref - q
-        self._velocity_error += blend(g.velocity_filter, dt) * (
-            (qd_ref - qd) - self._velocity_error
-        )
+        if dt != self._dt:
+            self._tune(dt)
         w = g.bandwidth
-        feedback = 2.0 * w * self._velocity_error + w * w * (error + g.integral * self._integral)
+        ahead, back = self._blends
+        self._qdd_ref += ahead * ((qd_ref - self._qd_ref) / dt - self._qdd_ref)
+        self._qd_ref = qd_ref
+        error = q_ref - q
+        self._velocity_error += back * ((qd_ref - qd) - self._velocity_error)
+        feedback = (2.0 * w) * self._velocity_error
+        feedback += (w * w) * (error + g.integral * self._integral)
         tau = self._model.torque(self._qdd_ref, feedback, base.acceleration)
         direction = np.tanh(qd_ref / g.friction_width)
-        tau += self.coulomb * direction + self._viscous * qd_ref + kinematics.J[:3].T @ contact
-        limited = np.minimum(np.maximum(tau, -self.limit), self.limit)
-        self.saturated = bool((limited != tau).any())
-        if not self.saturated:  # no wind-up against a limit
-            self._integral += error * dt
-            self._adapt(dt, feedback, direction)
-        return limited
+        tau += self.coulomb * direction
+        tau += self._viscous * qd_ref
+        tau += contact @ kinematics.J[:3]
+        self.saturated = bool((np.abs(tau) > self.limit).any())
+        if self.saturated:
+            return np.minimum(np.maximum(tau, -self.limit), self.limit)
+        self._integral += error * dt  # no wind-up against a limit
+        self._adapt(dt, feedback, direction)
+        return tau
 
     def _adapt(self, dt: float, feedback: Array, direction: Array) -> None:
         """Let the feedback that is still needed while moving raise or lower the Coulomb level."""
-        needed = self._model.inertia_diagonal() * feedback
-        moving = np.abs(direction) > 0.9
-        self.coulomb += np.where(moving, self.gains.friction_rate * dt * needed * direction, 0.0)
-        nominal = self._coulomb_nominal
-        self.coulomb = np.minimum(np.maximum(self.coulomb, 0.5 * nominal), 1.5 * nominal)
+        step = self._model.inertia_diagonal() * feedback
+        step *= direction
+        step *= np.abs(direction) > 0.9  # only while moving
+        self.coulomb += (self.gains.friction_rate * dt) * step
+        np.maximum(self.coulomb, 0.5 * self._coulomb_nominal, out=self.coulomb)
+        np.minimum(self.coulomb, 1.5 * self._coulomb_nominal, out=self.coulomb)
+
+    def _tune(self, dt: float) -> None:
+        """Weights of the filters for ticks of ``dt`` [s]."""
+        self._dt = dt
+        g = self.gains
+        self._blends = (blend(g.acceleration_filter, dt), blend(g.velocity_filter, dt))
 
 
 def blend(cutoff: float, dt: float) -> float:

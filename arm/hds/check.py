@@ -6,13 +6,16 @@ import hashlib
 from collections.abc import Sequence
 from pathlib import Path
 
+from arm.hds.constants import Constants
 from arm.hds.finding import Finding, Report, render
 from arm.hds.flow import check_flow
+from arm.hds.include import Includes, UnreadableText, read_text
 from arm.hds.names import hint
 from arm.hds.nodetype import Registry
 from arm.hds.parser import parse
 from arm.hds.program import END, Program
-from arm.hds.semantics import NodeCheck, check_node, node_names, only
+from arm.hds.scope import Scope
+from arm.hds.semantics import check_nodes, node_names, only
 from arm.hds.syntax import Source, Span
 
 
@@ -31,35 +34,51 @@ def check_text(
 
     Args:
         text: the source.
-        filename: what findings call it.
+        filename: what findings call it; files it includes are looked for relative to it.
         registry: node types by name.
 
     Returns:
         The program, or None if there is any error; and all findings, in order of place.
     """
-    digest = hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()
-    text = text.removeprefix("\ufeff")
+    whole, text = text, text.removeprefix("\ufeff")
     report = Report(text, filename)
     source = parse(text, report)
+    includes = Includes(report)
+    includes.merge(source)
     interface = only(source.interfaces, "INTERFACE", report)
-    blocks = node_names(source, report)
-    initial = _header(source, list(blocks), report)
+    named = node_names(source, report)
+    initial = _initial(source, list(named), report, includes.partial)
+    abort = _abort(source, list(named), report, includes.partial)
 
+    constants = Constants(source.constants, report, includes.partial)
+    targets = dict.fromkeys([*named, END.name])  # found at once, listed in order
+    scope = Scope(registry, targets, constants, report, includes.partial)
     # a node with somebody else's name or none is checked too, but nothing leads to it
-    placed = {id(block): name for name, block in blocks.items()}
-    targets = dict.fromkeys([*blocks, END.name])  # found at once, listed in order
-    checked: dict[str, NodeCheck] = {}
-    for block in source.blocks:
-        check = check_node(block, targets, registry, report)
-        if id(block) in placed:
-            checked[check.node.name] = check
-    check_flow(checked, blocks, initial, registry, report)
+    placed = {id(block) for block in named.values()}
+    checks = check_nodes(source, named, scope)
+    checked = {check.name: check for check in checks if id(check.block) in placed}
+    if initial is not None and checked[initial].terminal:
+        message = f"the program would end where it starts: '{initial}' is a terminal node"
+        report.error("terminal-initial", message, source.initials[0].span)
+        initial = None
+    check_flow(checked, initial, abort, includes.partial, report)
+    constants.report_unused()
 
     findings = report.findings
     if report.has_errors or interface is None or initial is None:
         return None, findings
-    nodes = {name: check.node for name, check in checked.items()}
-    return Program(nodes, initial, interface.text, filename, digest, tuple(findings)), findings
+    program = Program(
+        {name: check.node(report) for name, check in checked.items()},
+        initial,
+        interface.text,
+        filename,
+        _digest([whole, *includes.texts]),
+        tuple(findings),
+        constants.table,
+        abort or END.name,
+        tuple(includes.files),
+    )
+    return program, findings
 
 
 def load(path: str | Path, registry: Registry) -> Program:
@@ -69,15 +88,12 @@ def load(path: str | Path, registry: Registry) -> Program:
         ProgramError: the program has an error; all findings are in it.
         OSError: the file cannot be read.
     """
-    raw = Path(path).read_bytes()
     try:
-        text = raw.decode("utf-8")
-    except UnicodeDecodeError as error:
-        report = Report(raw.decode("utf-8", "replace"), str(path))
-        before = raw[: error.start].decode("utf-8", "replace")
-        place = Span(before.count("\n") + 1, len(before) - before.rfind("\n"), 1)
-        message = f"byte 0x{raw[error.start]:02x} is not UTF-8"
-        report.error("encoding", message, place, "save the file as UTF-8")
+        text = read_text(Path(path))
+    except UnreadableText as error:
+        report = Report(error.text, str(path))
+        place = Span(error.line, error.column, 1)
+        report.error("encoding", str(error), place, "save the file as UTF-8")
         raise ProgramError(report.findings) from None
     program, findings = check_text(text, str(path), registry)
     if program is None:
@@ -85,13 +101,13 @@ def load(path: str | Path, registry: Registry) -> Program:
     return program
 
 
-def _header(source: Source, names: list[str], report: Report) -> str | None:
+def _initial(source: Source, names: list[str], report: Report, partial: bool) -> str | None:
     """Check INTERFACE, INITIAL and that there are nodes; the initial node's name if it exists."""
     top = Span(1, 1, 0)
     if not source.interfaces and not source.damaged:
         message = "the program does not say which robot interface it is for"
         report.error("missing-interface", message, top, "add INTERFACE = ...;")
-    if not source.blocks and not source.damaged:
+    if not source.blocks and not source.damaged and not partial:
         message = "the program has no node"
         report.error("no-nodes", message, report.end, "add BEGIN ... END")
     initial = only(source.initials, "INITIAL", report)
@@ -103,8 +119,34 @@ def _header(source: Source, names: list[str], report: Report) -> str | None:
         return None
     if initial.text in names:
         return initial.text
-    # a node whose NAME could not be read may be the one that is meant
-    if not any(block.damaged and not block.names for block in source.blocks):
+    if not _nameless(source) and not partial:
         message = f"there is no node '{initial.text}' to start with"
         report.error("unknown-initial", message, initial.span, hint(initial.text, names))
     return None
+
+
+def _abort(source: Source, names: list[str], report: Report, partial: bool) -> str | None:
+    """Check ABORT; the node an abort leads to if it exists."""
+    abort = only(source.aborts, "ABORT", report)
+    if abort is None:
+        return END.name
+    if abort.text in names or abort.text == END.name:
+        return abort.text
+    if not _nameless(source) and not partial:
+        message = f"there is no node '{abort.text}' to go to when the program is aborted"
+        help = hint(abort.text, [*names, END.name])
+        report.error("unknown-abort", message, abort.span, help)
+    return None
+
+
+def _nameless(source: Source) -> bool:
+    """Whether a node's NAME could not be read: it may be any that is missed."""
+    return any(block.damaged and not block.names for block in source.blocks)
+
+
+def _digest(texts: list[str]) -> str:
+    """Of a single text its own, so that ``sha256sum`` gives the same."""
+    digests = [hashlib.sha256(t.encode("utf-8", "surrogatepass")) for t in texts]
+    if len(digests) == 1:
+        return digests[0].hexdigest()
+    return hashlib.sha256(b"".join(d.digest() for d in digests)).hexdigest()

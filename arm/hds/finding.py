@@ -68,12 +68,20 @@ def _count(number: int, noun: str) -> str:
 
 
 class Report:
-    """Collects the findings about one source text."""
+    """Collects the findings about a program: its own text, and the texts it includes."""
 
     def __init__(self, text: str, file: str) -> None:
         self.file = file
-        self._lines = text.split("\n")
+        self._texts = {"": text.split("\n")}
         self._findings: list[Finding] = []
+
+    def include(self, text: str, file: str) -> None:
+        """Make the text of an included file known, before anything is reported about it."""
+        self._texts[file] = text.split("\n")
+
+    def name(self, place: Span) -> str:
+        """The file of a place as findings name it."""
+        return place.file or self.file
 
     def error(self, code: str, message: str, place: Span, help: str = "") -> None:
         """Add an error at ``place``."""
@@ -85,8 +93,12 @@ class Report:
 
     @property
     def findings(self) -> list[Finding]:
-        """The findings so far, in the order of their places."""
-        return sorted(self._findings, key=lambda f: (f.line, f.column, f.code, f.message))
+        """The findings so far, in the order of their places; included files come behind."""
+        order = {file or self.file: i for i, file in reversed(list(enumerate(self._texts)))}
+        return sorted(
+            self._findings,
+            key=lambda f: (order[f.file], f.line, f.column, f.code, f.message),
+        )
 
     @property
     def has_errors(self) -> bool:
@@ -95,22 +107,23 @@ class Report:
 
     @property
     def end(self) -> Span:
-        """The place just behind the last character that is not blank."""
-        for number in range(len(self._lines), 0, -1):
-            line = self._lines[number - 1].rstrip()
+        """The place just behind the last character of the program that is not blank."""
+        lines = self._texts[""]
+        for number in range(len(lines), 0, -1):
+            line = lines[number - 1].rstrip()
             if line:
                 return Span(number, len(line) + 1, 0)
         return Span(1, 1, 0)
 
     def _add(self, severity: Severity, code: str, message: str, place: Span, help: str) -> None:
-        source = self._lines[place.line - 1].rstrip("\r")
+        source = self._texts[place.file][place.line - 1].rstrip("\r")
         length = min(place.length, max(0, len(source) - place.column + 1))
         self._findings.append(
             Finding(
                 severity,
                 code,
                 message,
-                self.file,
+                self.name(place),
                 place.line,
                 place.column,
                 length,

@@ -5,50 +5,46 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 from arm.hds.finding import Report
-from arm.hds.nodetype import Registry
+from arm.hds.nodecheck import NodeCheck
 from arm.hds.program import END
-from arm.hds.semantics import NodeCheck
-from arm.hds.syntax import Block
 
 Edges = Mapping[str, Iterable[str]]
 
 
 def check_flow(
     checked: Mapping[str, NodeCheck],
-    blocks: Mapping[str, Block],
     initial: str | None,
-    types: Registry,
+    abort: str | None,
+    partial: bool,
     report: Report,
 ) -> None:
     """Check reachability, ways to an end, and that time passes in every cycle.
 
     A node that is broken in another way gets the benefit of the doubt: its own finding says what
-    to mend, and what else is wrong shows once it is mended.
+    to mend, and what else is wrong shows once it is mended. An abort leads to nodes, but is no
+    way of the program to its end. A guard is looked at a tick after its node was entered, so time
+    passes on its way.
 
     Args:
         checked: nodes by name.
-        blocks: the same nodes as written.
         initial: name of the initial node; None if that is not known.
-        types: the node types there are.
+        abort: name of the node an abort leads to; None if that is not known.
+        partial: whether there may be nodes that could not be read.
         report: where findings go.
     """
     edges = {name: check.ways for name, check in checked.items()}
     broken = {name for name, check in checked.items() if not check.certain}
-    terminals = {END.name} | {name for name, check in checked.items() if check.node.terminal}
+    terminals = {END.name} | {name for name, check in checked.items() if check.terminal}
     instant = {
         name
         for name, check in checked.items()
-        if check.node.type in types
-        and not types[check.node.type].takes_time
-        and not check.node.terminal
+        if check.type is not None and not check.type.takes_time and not check.terminal
     }
-    _unreachable(edges, blocks, initial, broken, report)
-    _no_end(edges, blocks, terminals | broken, report)
-    _timeless(
-        {name: [t for t in edges[name] if t in instant] for name in edges if name in instant},
-        blocks,
-        report,
-    )
+    if initial is not None and abort is not None and not partial:
+        _unreachable(edges, checked, initial, abort, broken, report)
+    _no_end(edges, checked, terminals | broken, report)
+    at_once = {n: [t for t in c.raised if t in instant] for n, c in checked.items() if n in instant}
+    _timeless(at_once, checked, report)
 
 
 def _reached(edges: Edges, starts: Iterable[str]) -> set[str]:
@@ -64,35 +60,39 @@ def _reached(edges: Edges, starts: Iterable[str]) -> set[str]:
 
 def _unreachable(
     edges: Edges,
-    blocks: Mapping[str, Block],
-    initial: str | None,
+    checked: Mapping[str, NodeCheck],
+    initial: str,
+    abort: str,
     broken: set[str],
     report: Report,
 ) -> None:
-    if initial is None:
-        return
-    seen = _reached(edges, [initial])
+    seen = _reached(edges, [initial, abort])
     if seen & broken:
         return
-    for name, block in blocks.items():
-        if name not in seen:
+    # what others are like, and what a file offers to those that include it, need not run itself
+    patterns = {check.block.likes[0].text for check in checked.values() if check.block.likes}
+    for name, check in checked.items():
+        place = check.block.place
+        if name not in seen and name not in patterns and not place.file:
             message = f"no way leads from '{initial}' to the node '{name}'"
-            report.warning("unreachable-node", message, block.place)
+            report.warning("unreachable-node", message, place)
 
 
-def _no_end(edges: Edges, blocks: Mapping[str, Block], ends: set[str], report: Report) -> None:
+def _no_end(edges: Edges, checked: Mapping[str, NodeCheck], ends: set[str], report: Report) -> None:
     back: dict[str, list[str]] = {}
     for source, targets in edges.items():
         for target in targets:
             back.setdefault(target, []).append(source)
     good = _reached(back, ends)
-    for name, block in blocks.items():
+    for name, check in checked.items():
         if name not in good:
             message = f"no way leads from the node '{name}' to an end of the program"
-            report.error("no-way-to-end", message, block.place, "some transition must lead to End")
+            report.error(
+                "no-way-to-end", message, check.block.place, "some transition must lead to End"
+            )
 
 
-def _timeless(edges: Edges, blocks: Mapping[str, Block], report: Report) -> None:
+def _timeless(edges: Edges, checked: Mapping[str, NodeCheck], report: Report) -> None:
     told: set[str] = set()
     for name in edges:
         cycle = None if name in told else _cycle(edges, name)
@@ -102,7 +102,7 @@ def _timeless(edges: Edges, blocks: Mapping[str, Block], report: Report) -> None
             report.error(
                 "zero-time-cycle",
                 f"no time need pass on the way {way}",
-                blocks[name].place,
+                checked[name].block.place,
                 "put a node that takes time into the cycle",
             )
 

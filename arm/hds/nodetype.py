@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from arm.hds.parser import KEYWORDS
@@ -99,6 +99,37 @@ class Event:
     def __post_init__(self) -> None:
         _check_name("event", self.name)
 
+        if self.name == "Abort":
+            raise ValueError("event 'Abort' is accepted in every node and cannot be declared")
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A continuous variable guards may look at: ``TRANSITION[Force > 5 N] = Retract;``.
+
+    Attributes:
+        name: as written in programs, case-sensitive.
+        unit: unit of a bare number, and the dimension every written unit must have.
+        doc: one line of documentation.
+    """
+
+    name: str
+    unit: str = "1"
+    doc: str = ""
+
+    def __post_init__(self) -> None:
+        _check_name("quantity", self.name)
+        _ = self.default_unit
+
+    @property
+    def default_unit(self) -> Unit:
+        """The unit a bare number has."""
+        return unit(self.unit)
+
+
+TIME = Quantity("Time", "s", "Time spent in the node, interruptions not counted.")
+"""What every node offers to guards, whatever its type."""
+
 
 @dataclass(frozen=True)
 class NodeType:
@@ -114,6 +145,7 @@ class NodeType:
         terminal: entering a node of this type ends the program.
         make: turns checked values (every parameter, SI, defaults filled in) into whatever runs
             the node; the language never calls it.
+        quantities: continuous variables it offers to guards besides ``TIME``, which all offer.
 
     Raises:
         ValueError: the declaration contradicts itself.
@@ -126,6 +158,7 @@ class NodeType:
     takes_time: bool = True
     terminal: bool = False
     make: Callable[[Mapping[str, ParameterValue]], Any] | None = None
+    quantities: tuple[Quantity, ...] = ()
 
     def __post_init__(self) -> None:
         _check_name("node type", self.name)
@@ -135,6 +168,9 @@ class NodeType:
             raise ValueError(f"node type '{self.name}' declares parameter '{name}' twice")
         for name in {n for n in events if events.count(n) > 1}:
             raise ValueError(f"node type '{self.name}' declares event '{name}' twice")
+        quantities = [q.name for q in self.offers]
+        for name in {n for n in quantities if quantities.count(n) > 1}:
+            raise ValueError(f"node type '{self.name}' declares quantity '{name}' twice")
         for event in self.events:
             if event.needs is not None and event.needs not in names:
                 raise ValueError(
@@ -150,20 +186,36 @@ class NodeType:
         """The event called ``name``, or None."""
         return next((e for e in self.events if e.name == name), None)
 
+    @property
+    def offers(self) -> tuple[Quantity, ...]:
+        """Every quantity guards may look at in a node of this type, ``TIME`` first."""
+        return (TIME, *self.quantities)
+
+    def quantity(self, name: str) -> Quantity | None:
+        """The quantity called ``name``, or None."""
+        return next((q for q in self.offers if q.name == name), None)
+
+
+TERMINAL = NodeType("End", doc="End the program; its name says how it ended.", terminal=True)
+"""The type of a declared terminal node (``NAME = Failed; TYPE = End;``); in every registry."""
 
 Registry = Mapping[str, NodeType]
 """Node types by name, as the checker takes them."""
 
 
-def registry(*types: NodeType) -> dict[str, NodeType]:
+def registry(*types: NodeType, quantities: tuple[Quantity, ...] = ()) -> dict[str, NodeType]:
     """Node types by their names.
 
+    Args:
+        types: the types.
+        quantities: what whoever runs the nodes offers to guards in a node of any type.
+
     Raises:
-        ValueError: two types have the same name.
+        ValueError: two types, or two quantities of one, have the same name; one is called ``End``.
     """
     made: dict[str, NodeType] = {}
     for node_type in types:
-        if node_type.name in made:
+        if node_type.name in made or node_type.name == TERMINAL.name:
             raise ValueError(f"two node types are called '{node_type.name}'")
-        made[node_type.name] = node_type
-    return made
+        made[node_type.name] = replace(node_type, quantities=(*quantities, *node_type.quantities))
+    return made | {TERMINAL.name: TERMINAL}

@@ -11,15 +11,27 @@ from collections.abc import Iterator
 from functools import cache
 from importlib.resources import files
 
-from lark import Lark, Token, Tree, UnexpectedToken
+from lark import Lark, Token, UnexpectedToken
 
 from arm.hds import syntax
+from arm.hds.build import Build
 from arm.hds.finding import Report
 from arm.hds.names import nearest
 from arm.hds.structure import Structure
-from arm.hds.syntax import Name, Number, Span, Word
 
-KEYWORDS = ("INTERFACE", "INITIAL", "BEGIN", "END", "NAME", "TYPE", "TRANSITION")
+KEYWORDS = (
+    "INTERFACE",
+    "INITIAL",
+    "ABORT",
+    "CONSTANT",
+    "INCLUDE",
+    "BEGIN",
+    "END",
+    "NAME",
+    "TYPE",
+    "LIKE",
+    "TRANSITION",
+)
 """Words with a meaning of their own; nothing else may be called so."""
 
 _SPOKEN = {
@@ -30,6 +42,7 @@ _SPOKEN = {
     "SLASH": "'/'",
     "STAR": "'*'",
     "CARET": "'^'",
+    "COMPARE": "a comparison",
     "WORD": "a name",
     "NUMBER": "a number",
     "STRING": "a quoted string",
@@ -49,15 +62,22 @@ def grammar() -> Lark:
     )
 
 
-def parse(text: str, report: Report) -> syntax.Source:
-    """Read a program; lexical and syntactic findings go to ``report``."""
-    structure = Structure(report)
+def parse(text: str, report: Report, file: str = "") -> syntax.Source:
+    """Read a text; lexical and syntactic findings go to ``report``.
+
+    Args:
+        text: the source.
+        report: where findings go.
+        file: name of an included file, known to ``report``; empty for the program itself.
+    """
+    structure = Structure(report, included=bool(file))
+    build = Build(file)
     for tokens in _statements(list(grammar().lex(text))):
-        statement = _read(tokens, report)
+        statement = _read(tokens, build, report)
         if statement is None:
             structure.unreadable()
         else:
-            structure.add(statement, _span(tokens[0]))
+            structure.add(statement, build.span(tokens[0]))
     return structure.finish()
 
 
@@ -70,7 +90,7 @@ def _statements(tokens: list[Token]) -> Iterator[list[Token]]:
     statement: list[Token] = []
     for i, token in enumerate(tokens):
         following = tokens[i + 1].type if i + 1 < len(tokens) else ""
-        if statement and _starts(token, statement[-1].type, following):
+        if statement and _starts(token, statement, following):
             yield statement
             statement = []
         statement.append(token)
@@ -82,22 +102,28 @@ def _statements(tokens: list[Token]) -> Iterator[list[Token]]:
         yield statement
 
 
-def _starts(token: Token, previous: str, following: str) -> bool:
+def _starts(token: Token, statement: list[Token], following: str) -> bool:
     """Whether a statement starts here though the one before it has not ended."""
+    previous = statement[-1].type
     if token.type in KEYWORDS:
         # a keyword in a name's place (NAME = END;) is that statement's error
-        in_place_of_name = previous in ("EQUAL", "LBRACKET")
-        return not (in_place_of_name and following in ("SEMICOLON", "RBRACKET"))
-    if token.type == "WORD" and following in ("EQUAL", "LBRACKET"):
-        return previous not in (*KEYWORDS, *_JUNK, "LBRACKET")
-    return False
+        in_place_of_name = previous in ("EQUAL", "LBRACKET", "CONSTANT")
+        return not (in_place_of_name and following in ("SEMICOLON", "RBRACKET", "EQUAL"))
+    if token.type != "WORD" or following not in ("EQUAL", "LBRACKET"):
+        return False
+    if len(statement) == 1 and _meant(statement[0], "CONSTANT"):
+        return False
+    types = [t.type for t in statement]
+    if "COMPARE" in types and "RBRACKET" not in types:
+        return False  # TRANSITION[Force > 5 N = Line1; lacks its bracket
+    return previous not in (*KEYWORDS, *_JUNK, "LBRACKET")
 
 
-def _read(tokens: list[Token], report: Report) -> syntax.Statement | None:
+def _read(tokens: list[Token], build: Build, report: Report) -> syntax.Statement | None:
     """One statement from its tokens; None, with a finding, if it cannot be read."""
-    if _report_junk(tokens, report):
+    if _report_junk(tokens, build, report):
         return None
-    tokens = _respell(tokens, report)
+    tokens = _respell(tokens, build, report)
     parser = grammar().parse_interactive(start="statement")
     for i, token in enumerate(tokens):
         expected = parser.accepts() if len(tokens) == 1 else None
@@ -111,53 +137,67 @@ def _read(tokens: list[Token], report: Report) -> syntax.Statement | None:
             else:
                 message = f"expected {_any_of(expected)}, found {_found(token)}"
                 help = _help_for(tokens, token)
-            report.error("syntax", message, _span(token), help)
+            report.error("syntax", message, build.span(token), help)
             return None
     last = tokens[-1]
     if last.type not in ("SEMICOLON", "BEGIN", "END"):
         accepted = parser.accepts()
         if "SEMICOLON" not in accepted:
             message = f"expected {_any_of(accepted)} after {_found(last)}"
-            report.error("syntax", message, _behind(last))
+            report.error("syntax", message, build.behind(last))
             return None
         message = f"';' is missing after {_found(last)}"
-        report.error("missing-semicolon", message, _behind(last), "a statement ends with ';'")
+        report.error("missing-semicolon", message, build.behind(last), "a statement ends with ';'")
         parser.feed_token(Token.new_borrow_pos("SEMICOLON", ";", last))
-    return _build(parser.feed_eof(tokens[-1]))
+    return build.statement(parser.feed_eof(tokens[-1]))
 
 
-def _report_junk(tokens: list[Token], report: Report) -> bool:
+def _report_junk(tokens: list[Token], build: Build, report: Report) -> bool:
     junk = [t for t in tokens if t.type in _JUNK]
+    foreign = 0
     for before, token in zip([None, *junk], junk, strict=False):
+        if token.line == foreign:
+            continue  # the rest of what was meant for a comment
         if token.type == "UNTERMINATED":
             message = "the string does not end on its line"
-            report.error("unterminated-string", message, _span(token), "close it with '\"'")
+            report.error("unterminated-string", message, build.span(token), "close it with '\"'")
         elif before is None or (before.line, before.end_column) != (token.line, token.column):
             char = str(token)
             known = unicodedata.name(char, f"U+{ord(char):04X}").lower()
             shown = f"'{char}'" if char.isprintable() else "character"
             help = "a comment starts with '%'" if char in "#/!" else ""
+            foreign = (token.line or 0) if help else foreign
             message = f"unexpected {shown} ({known})"
-            report.error("unexpected-character", message, _span(token), help)
+            report.error("unexpected-character", message, build.span(token), help)
     return bool(junk)
 
 
-def _respell(tokens: list[Token], report: Report) -> list[Token]:
-    """A misspelt BEGIN, END or TRANSITION is reported and then read as what was meant."""
+def _meant(token: Token, *keywords: str) -> str | None:
+    """The keyword a word is nearly spelt like."""
+    return nearest(token, keywords) if token.type == "WORD" else None
+
+
+def _respell(tokens: list[Token], build: Build, report: Report) -> list[Token]:
+    """A misspelt keyword that no name can be mistaken for is reported and read as it was meant."""
     first, rest = tokens[0], [t.type for t in tokens[1:]]
-    if first.type != "WORD":
-        return tokens
     if rest[:1] == ["LBRACKET"]:
-        keyword = nearest(first, ["TRANSITION"])
+        keyword = _meant(first, "TRANSITION")
+    elif rest[:1] == ["STRING"]:
+        keyword = _meant(first, "INCLUDE")
+    elif rest[:2] == ["WORD", "EQUAL"]:
+        keyword = _meant(first, "CONSTANT")
     elif rest in ([], ["SEMICOLON"]):
-        keyword = nearest(first, ["BEGIN", "END"])
+        keyword = _meant(first, "BEGIN", "END")
         tokens = tokens[:1] if keyword else tokens
     else:
         keyword = None
     if keyword is None:
         return tokens
     report.error(
-        "misspelt-keyword", f"unknown keyword '{first}'", _span(first), f"did you mean '{keyword}'?"
+        "misspelt-keyword",
+        f"unknown keyword '{first}'",
+        build.span(first),
+        f"did you mean '{keyword}'?",
     )
     return [Token.new_borrow_pos(keyword, keyword, first), *tokens[1:]]
 
@@ -169,64 +209,17 @@ def _help_for(tokens: list[Token], token: Token) -> str:
         return "keywords cannot be names"
     if token.type == "STRING":
         return "names are written without quotes"
-    return ""
-
-
-def _build(tree: Tree[Token]) -> syntax.Statement:
-    """The syntax tree of one statement from lark's."""
-    parts = tree.children
-    match tree.data:
-        case "interface":
-            return syntax.Interface(_name(parts[2]))
-        case "initial":
-            return syntax.Initial(_name(parts[2]))
-        case "begin":
-            return syntax.Begin(_name(parts[0]).span)
-        case "end":
-            return syntax.End(_name(parts[0]).span)
-        case "name":
-            return syntax.NodeName(_name(parts[2]))
-        case "type":
-            return syntax.TypeName(_name(parts[2]))
-        case "parameter":
-            return syntax.Assignment(_name(parts[0]), _value(parts[2]))
-        case "transition":
-            return syntax.Transition(_name(parts[2]), _name(parts[5]))
-    raise AssertionError(f"grammar.lark has a statement nobody builds: {tree.data}")
-
-
-def _value(tree: Token | Tree[Token]) -> syntax.Value:
-    assert isinstance(tree, Tree)
-    first = _name(tree.children[0])
-    if tree.data == "word":
-        return Word(first.text, first.span)
-    unit = None
-    if len(tree.children) > 1:
-        expression = tree.children[1]
-        assert isinstance(expression, Tree)
-        pieces = [p for p in expression.children if isinstance(p, Token)]
-        joined = "".join(
-            f" {p}" if i and p.type == "WORD" and pieces[i - 1].type in ("WORD", "NUMBER") else p
-            for i, p in enumerate(pieces)
+    if tokens[0].type == "INCLUDE" and token.type == "WORD":
+        return "the name of a file is written in quotes"
+    if (
+        tokens[0].type == "TRANSITION"
+        and token.type == "EQUAL"
+        and "COMPARE" not in {t.type for t in tokens}
+    ):
+        return (
+            "a transition reads TRANSITION[event] = node; or TRANSITION[quantity > limit] = node;"
         )
-        start, end = _span(pieces[0]), pieces[-1]
-        if end.line == start.line and end.end_column:
-            start = Span(start.line, start.column, end.end_column - start.column)
-        unit = Name(joined, start)
-    return Number(first.text, unit, first.span)
-
-
-def _name(token: Token | Tree[Token]) -> Name:
-    assert isinstance(token, Token)
-    return Name(str(token).strip('"') if token.type == "STRING" else str(token), _span(token))
-
-
-def _span(token: Token) -> Span:
-    return Span(token.line or 1, token.column or 1, len(token))
-
-
-def _behind(token: Token) -> Span:
-    return Span(token.line or 1, (token.column or 1) + len(token), 0)
+    return ""
 
 
 def _found(token: Token) -> str:

@@ -1,16 +1,17 @@
 """The discrete part of H = (Q, X, I, f, E, G, T): which node runs, and where an event leads.
 
-The continuous part is the caller's: it runs the current node's controller and fires the events
-that controller raises. Nothing here knows of time.
+The continuous part is the caller's: it runs the current node's controller, fires the events that
+controller raises, and once a tick hands over the values guards look at. Nothing here knows of time.
 """
 
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from arm.hds.names import hint
-from arm.hds.program import Node, Program
+from arm.hds.program import ABORT, Guard, Node, Program
 
 
 class AutomatonError(RuntimeError):
@@ -27,7 +28,11 @@ class UnknownNode(AutomatonError):
 
 @dataclass(frozen=True)
 class Step:
-    """One change of node. ``source`` is None for a start or reset, ``event`` then says which."""
+    """One change of node.
+
+    ``source`` is None for a start or reset, ``event`` then says which; for a guard ``event`` is
+    the guard's text (``Force > 5 N``).
+    """
 
     event: str
     source: str | None
@@ -71,12 +76,18 @@ class Automaton:
 
     @property
     def events(self) -> tuple[str, ...]:
-        """The events the current node handles; none before the start and after the end."""
+        """The events the current node handles besides ``Abort``; none before the start, and none
+        after the end."""
         return () if self._node is None or self.finished else tuple(self._node.transitions)
 
     @property
+    def guards(self) -> tuple[Guard, ...]:
+        """The guards of the current node; none before the start and after the end."""
+        return () if self._node is None or self.finished else self._node.guards
+
+    @property
     def transitions(self) -> int:
-        """Events fired since ``start``."""
+        """Events and guards fired since ``start``."""
         return self._transitions
 
     @property
@@ -104,6 +115,8 @@ class Automaton:
     def fire(self, event: str) -> Node:
         """Follow the current node's transition for an event; returns the node it leads to.
 
+        ``Abort`` leads from every node to the program's abort node, from that node to itself.
+
         Raises:
             UnhandledEvent: the node does not handle the event; the text lists those it does.
             AutomatonError: not started, or finished.
@@ -111,12 +124,41 @@ class Automaton:
         node = self.node
         if node.terminal:
             raise AutomatonError(f"the program ended in '{node.name}'; '{event}' leads nowhere")
-        target = node.transitions.get(event)
+        target = self.program.abort if event == ABORT else node.transitions.get(event)
         if target is None:
             help = hint(event, node.transitions, "valid events")
             raise UnhandledEvent(f"node '{node.name}' does not handle '{event}'; {help}")
         self._transitions += 1
         return self._enter(event, target, node.name)
+
+    def check_guards(self, values: Mapping[str, float]) -> Node | None:
+        """Follow the current node's first guard, in textual order, that holds.
+
+        Guards look at levels, not at edges: one that holds already when its node is entered fires
+        at the first look. So that time passes in every node, look once a tick, after the events,
+        and not in the tick in which the node was entered. No guard holds for NaN.
+
+        Args:
+            values: the quantities' values now [SI]; at least those the node's guards look at.
+
+        Returns:
+            The node it leads to; None if no guard holds.
+
+        Raises:
+            AutomatonError: a value is missing, or not started.
+        """
+        node = self.node
+        for guard in () if node.terminal else node.guards:
+            value = values.get(guard.quantity)
+            if value is None:
+                raise AutomatonError(
+                    f"the guard '{guard.text}' of node '{node.name}' needs the value of "
+                    f"'{guard.quantity}'; given: {', '.join(values) or 'none'}"
+                )
+            if guard.holds(value):
+                self._transitions += 1
+                return self._enter(guard.text, guard.target, node.name)
+        return None
 
     def _enter(self, event: str, target: str, source: str | None = None) -> Node:
         self._history.append(Step(event, source, target))

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
-from typing import NamedTuple
-
 from arm.hds.finding import Report
+from arm.hds.guards import check_guard, check_order
 from arm.hds.names import hint, listing, nearest
-from arm.hds.nodetype import NodeType, ParameterValue, Registry
+from arm.hds.nodecheck import NodeCheck
+from arm.hds.nodetype import NodeType
 from arm.hds.parser import KEYWORDS
-from arm.hds.program import END, Node
+from arm.hds.program import ABORT, END
+from arm.hds.reuse import derivation, take_over
+from arm.hds.scope import Scope
 from arm.hds.syntax import Block, Name, Source
 from arm.hds.values import check_value
 
@@ -20,6 +21,16 @@ def only(names: list[Name], keyword: str, report: Report) -> Name | None:
         message = f"{keyword} is given twice, first on line {names[0].span.line}"
         report.error("duplicate-statement", message, again.span)
     return names[0] if names else None
+
+
+def check_nodes(source: Source, named: dict[str, Block], scope: Scope) -> list[NodeCheck]:
+    """Check every node, those that others are ``LIKE`` before those; in the order of the source."""
+    done: dict[int, NodeCheck] = {}
+    for block in source.blocks:
+        for each in derivation(block, named, done, scope):
+            parent = named.get(each.likes[0].text) if each.likes else None
+            done[id(each)] = check_node(each, done.get(id(parent)), scope)
+    return [done[id(block)] for block in source.blocks]
 
 
 def node_names(source: Source, report: Report) -> dict[str, Block]:
@@ -34,177 +45,161 @@ def node_names(source: Source, report: Report) -> dict[str, Block]:
             message = f"'{END.name}' is the predefined terminal node and cannot be declared"
             report.error("reserved-name", message, name.span)
         elif name.text in blocks:
-            first = blocks[name.text].place.line
-            message = f"a node called '{name.text}' is already declared on line {first}"
+            first = blocks[name.text].place
+            where = "" if first.file == name.span.file else f" of {report.name(first)}"
+            message = f"a node called '{name.text}' is already declared on line {first.line}{where}"
             report.error("duplicate-node", message, name.span)
         else:
             blocks[name.text] = block
     return blocks
 
 
-class NodeCheck(NamedTuple):
-    """What came of checking one node.
-
-    Attributes:
-        node: what can be made of it; complete if no error was reported.
-        ways: nodes it can go to by events that can happen in it.
-        certain: False if it may have more ways than could be read, so that nothing may be
-            concluded from those it lacks.
-    """
-
-    node: Node
-    ways: list[str]
-    certain: bool
-
-
-def check_node(
-    block: Block, targets: Collection[str], types: Registry, report: Report
-) -> NodeCheck:
+def check_node(block: Block, parent: NodeCheck | None, scope: Scope) -> NodeCheck:
     """Check one node against its type.
 
     Args:
         block: the node as written.
-        targets: names a transition may go to.
-        types: the node types there are.
-        report: where findings go.
+        parent: the node it is ``LIKE``, checked; None if it is like none, or that one is unknown.
+        scope: types, nodes and constants there are.
     """
+    report = scope.report
     written = only(block.types, "TYPE", report)
+    only(block.likes, "LIKE", report)
     node_type = None
     if written is not None:
-        node_type = types.get(written.text)
+        node_type = scope.types.get(written.text)
         if node_type is None:
             message = f"there is no node type '{written.text}'"
-            report.error("unknown-type", message, written.span, hint(written.text, types))
-    elif not block.damaged:
-        report.error("missing-type", "this node has no TYPE", block.place, listing(types))
+            report.error("unknown-type", message, written.span, hint(written.text, scope.types))
+    elif parent is not None:
+        node_type = parent.type
+    elif not block.damaged and not block.likes:
+        report.error("missing-type", "this node has no TYPE", block.place, listing(scope.types))
 
-    parameters, given = _parameters(block, node_type, report)
-    transitions, impossible = _transitions(block, node_type, given, targets, report)
-    certain = node_type is not None and not block.damaged
-    certain = certain and all(target in targets for target in transitions.values())
-    if node_type is not None and not block.damaged:
-        certain &= _absent(block, node_type, parameters, given, transitions, report)
-    node = Node(
-        name=block.names[0].text if block.names else "",
-        type=written.text if written else "",
-        parameters=parameters,
-        transitions=transitions,
-        terminal=node_type is not None and node_type.terminal,
-        line=block.span.line,
-    )
-    ways = [target for event, target in transitions.items() if event not in impossible]
-    return NodeCheck(node, ways, certain)
+    made = NodeCheck(block, node_type)
+    missing_parent = bool(block.likes) and parent is None
+    damaged = block.damaged or missing_parent or (parent is not None and not parent.certain)
+    _parameters(made, scope)
+    _transitions(made, scope)
+    _guards(made, scope)
+    if parent is not None:
+        take_over(made, parent, scope)
+    if node_type is not None:
+        _impossible(made, node_type, report, damaged)
+    made.certain = node_type is not None and not damaged
+    made.certain = made.certain and all(t in scope.targets for t in made.transitions.values())
+    if node_type is not None and not damaged:
+        made.certain &= _absent(made, node_type, report)
+    return made
 
 
-def _parameters(
-    block: Block, node_type: NodeType | None, report: Report
-) -> tuple[dict[str, ParameterValue], set[str]]:
-    """Checked values with defaults filled in, and the names the node sets or means to set."""
-    lines: dict[str, int] = {}
-    slips: set[str] = set()
-    values: dict[str, ParameterValue] = {}
-    for assignment in block.parameters:
+def _parameters(made: NodeCheck, scope: Scope) -> None:
+    """Check the values the node sets itself."""
+    report, node_type = scope.report, made.type
+    for assignment in made.block.parameters:
         name, place = assignment.name.text, assignment.name.span
-        if name in lines:
-            message = f"'{name}' is already set on line {lines[name]}"
+        if name in made.settings:
+            message = f"'{name}' is already set on line {made.settings[name].name.span.line}"
             report.error("duplicate-parameter", message, place)
             continue
-        lines[name] = place.line
+        made.settings[name] = assignment
+        made.given.add(name)
         if node_type is None:
+            scope.constants.resolve(assignment.value)  # it is used, whatever for
             continue
         parameter = node_type.parameter(name)
         if parameter is None:
+            scope.constants.resolve(assignment.value)
             valid = [p.name for p in node_type.parameters]
             meant = nearest(name, valid)
             if meant is not None:
-                slips.add(meant)  # one slip, one finding: not missing as well
+                made.given.add(meant)  # one slip, one finding: not missing as well
             keyword = nearest(name, KEYWORDS, 0.75) if meant is None else None
             help = f"did you mean '{keyword}'?" if keyword else hint(name, valid)
             message = f"type '{node_type.name}' has no parameter '{name}'"
             report.error("unknown-parameter", message, place, help)
             continue
-        value = check_value(parameter, assignment.value, report)
+        value = check_value(parameter, assignment.value, scope.constants, report)
         if value is not None:
-            values[name] = value
-    if node_type is None:
-        return values, slips | set(lines)
-    filled = {
-        p.name: values.get(p.name, p.default)
-        for p in node_type.parameters
-        if p.name in values or p.default is not None
-    }
-    return {name: v for name, v in filled.items() if v is not None}, slips | set(lines)
+            made.values[name] = value
 
 
-def _transitions(
-    block: Block,
-    node_type: NodeType | None,
-    given: set[str],
-    targets: Collection[str],
-    report: Report,
-) -> tuple[dict[str, str], set[str]]:
-    """Event to target, and those events that cannot happen in this node."""
+def _transitions(made: NodeCheck, scope: Scope) -> None:
+    """Check the transitions on events the node writes itself."""
+    report, node_type = scope.report, made.type
     lines: dict[str, int] = {}
-    transitions: dict[str, str] = {}
-    impossible: set[str] = set()
-    for transition in block.transitions:
+    for transition in made.block.transitions:
         event, target = transition.event, transition.target
-        if target.text not in targets:
-            message = f"there is no node '{target.text}' to go to"
-            report.error("unknown-target", message, target.span, hint(target.text, targets))
+        scope.knows_target(target)
         if event.text in lines:
             message = f"a transition for '{event.text}' is already on line {lines[event.text]}"
             report.error("duplicate-transition", message, event.span)
             continue
         lines[event.text] = event.span.line
-        transitions[event.text] = target.text
+        made.transitions[event.text] = target.text
         if node_type is None:
             continue
-        declared = node_type.event(event.text)
-        if declared is None:
+        if node_type.terminal and event.text != ABORT:
+            message = f"the program ends in a node of type '{node_type.name}'; nothing follows it"
+            report.error("terminal-transition", message, event.span)
+        elif node_type.event(event.text) is None:
             message = f"type '{node_type.name}' cannot raise '{event.text}'"
             valid = [e.name for e in node_type.events]
             help = hint(event.text, valid, "valid events")
+            if event.text == ABORT:
+                help = f"ABORT = {target.text}; in the header holds for every node"
+            elif node_type.quantity(event.text):
+                help = f"'{event.text}' is a quantity: TRANSITION[{event.text} > ...] = ...;"
             report.error("unknown-event", message, event.span, help)
             meant = nearest(event.text, valid)
             if meant is not None:
-                transitions.setdefault(meant, target.text)  # one slip, one finding
-        elif node_type.terminal:
-            message = f"the program ends in a node of type '{node_type.name}'; nothing follows it"
-            report.error("terminal-transition", message, event.span)
-        elif declared.needs is not None and declared.needs not in given and not block.damaged:
-            message = f"'{event.text}' never happens: '{declared.needs}' is not set"
-            report.warning(
-                "impossible-event", message, event.span, f"set {declared.needs} = ...; in this node"
-            )
-            impossible.add(event.text)
-    return transitions, impossible
+                made.transitions.setdefault(meant, target.text)  # one slip, one finding
 
 
-def _absent(
-    block: Block,
-    node_type: NodeType,
-    parameters: dict[str, ParameterValue],
-    given: set[str],
-    transitions: dict[str, str],
-    report: Report,
-) -> bool:
+def _guards(made: NodeCheck, scope: Scope) -> None:
+    """Check the guards the node writes itself."""
+    for guarded in made.block.guards:
+        if made.type is None:
+            scope.knows_target(guarded.target)
+            scope.constants.resolve(guarded.limit)
+            continue
+        guard = check_guard(guarded, made.type, scope)
+        if guard is not None:
+            made.guards.append((guard, guarded.quantity.span))
+    check_order(made.guards, len(made.guards), scope.report)
+
+
+def _impossible(made: NodeCheck, node_type: NodeType, report: Report, damaged: bool) -> None:
+    """Find the transitions on events that need a parameter the node does not have."""
+    places = {t.event.text: t.event.span for t in made.block.transitions}
+    for name in made.transitions:
+        event = node_type.event(name)
+        if event is None or event.needs is None or event.needs in made.given or damaged:
+            continue
+        made.impossible.add(name)
+        if name in places:
+            message = f"'{name}' never happens: '{event.needs}' is not set"
+            help = f"set {event.needs} = ...; in this node"
+            report.warning("impossible-event", message, places[name], help)
+
+
+def _absent(made: NodeCheck, node_type: NodeType, report: Report) -> bool:
     """Report parameters and transitions the node lacks; whether it handles all its events."""
+    place = made.block.place
     for parameter in node_type.parameters:
-        if parameter.name not in parameters and parameter.name not in given:
+        lacking = parameter.default is None and parameter.name not in made.values
+        if lacking and parameter.name not in made.given:
             message = f"type '{node_type.name}' needs the parameter '{parameter.name}'"
             unit = "" if parameter.unit == "1" else f" {parameter.unit}"
             help = f"add {parameter.name} = ...{unit};" + (
                 f" % {parameter.doc}" if parameter.doc else ""
             )
-            report.error("missing-parameter", message, block.place, help)
+            report.error("missing-parameter", message, place, help)
     handled = True
     for event in node_type.events:
-        raised = event.needs is None or event.needs in given
-        if raised and event.name not in transitions and not node_type.terminal:
+        raised = event.needs is None or event.needs in made.given
+        if raised and event.name not in made.transitions and not node_type.terminal:
             message = f"type '{node_type.name}' can raise '{event.name}', which nothing handles"
-            report.error(
-                "unhandled-event", message, block.place, f"add TRANSITION[{event.name}] = ...;"
-            )
+            report.error("unhandled-event", message, place, f"add TRANSITION[{event.name}] = ...;")
             handled = False
     return handled

@@ -7,14 +7,20 @@ from arm.hds.finding import Report
 from arm.hds.names import nearest
 from arm.hds.syntax import Block, Name, Source, Span
 
-_HEADER = ("INTERFACE", "INITIAL")
+_HEADER = ("INTERFACE", "INITIAL", "ABORT")
 
 
 class Structure:
-    """Takes the statements one by one and reports those that stand in the wrong place."""
+    """Takes the statements one by one and reports those that stand in the wrong place.
 
-    def __init__(self, report: Report) -> None:
+    Args:
+        report: where findings go.
+        included: the text is an included one, which has nodes and constants only.
+    """
+
+    def __init__(self, report: Report, included: bool = False) -> None:
         self._report = report
+        self._included = included
         self._source = Source()
         self._block: Block | None = None
         self._implicit = False  # the open block has no BEGIN, which has been reported
@@ -27,9 +33,17 @@ class Structure:
         """Put a statement that starts at ``place`` where it belongs."""
         match statement:
             case syntax.Interface(name):
-                self._header("INTERFACE", place, self._source.interfaces, name)
+                self._once("INTERFACE", place, self._source.interfaces, name)
             case syntax.Initial(name):
-                self._header("INITIAL", place, self._source.initials, name)
+                self._once("INITIAL", place, self._source.initials, name)
+            case syntax.Abort(name):
+                self._once("ABORT", place, self._source.aborts, name)
+            case syntax.Constant():
+                self._placed("CONSTANT", place)
+                self._source.constants.append(statement)
+            case syntax.Include(path):
+                self._placed("INCLUDE", place)
+                self._source.includes.append(path)
             case syntax.Begin(span):
                 self._unclosed()
                 self._open(span)
@@ -45,18 +59,30 @@ class Structure:
         self._unclosed()
         return self._source
 
-    def _header(self, keyword: str, place: Span, names: list[Name], name: Name) -> None:
-        misplaced = self._block is not None or bool(self._source.blocks)
-        if misplaced:
-            where = "inside a node" if self._block is not None else "behind a node"
+    def _once(self, keyword: str, place: Span, names: list[Name], name: Name) -> None:
+        """A statement of the header that a program makes once."""
+        if self._included:
             self._report.error(
                 "misplaced-statement",
-                f"{keyword} stands {where}",
+                f"{keyword} stands in an included file",
                 place,
-                f"{keyword} belongs before the first BEGIN",
+                "an included file has constants, nodes and INCLUDE only",
             )
-        if not misplaced or not names:  # in the wrong place and twice is one finding
+        elif self._placed(keyword, place) or not names:  # misplaced and twice is one finding
             names.append(name)
+
+    def _placed(self, keyword: str, place: Span) -> bool:
+        """Whether a header's statement stands in the header."""
+        if self._block is None and not self._source.blocks:
+            return True
+        where = "inside a node" if self._block is not None else "behind a node"
+        self._report.error(
+            "misplaced-statement",
+            f"{keyword} stands {where}",
+            place,
+            f"{keyword} belongs before the first BEGIN",
+        )
+        return False
 
     def _open(self, span: Span, implicit: bool = False) -> Block:
         self._block = Block(span, damaged=implicit)
@@ -96,7 +122,11 @@ class Structure:
                 block.names.append(name)
             case syntax.TypeName(name):
                 block.types.append(name)
+            case syntax.Like(name):
+                block.likes.append(name)
             case syntax.Assignment():
                 block.parameters.append(statement)
             case syntax.Transition():
                 block.transitions.append(statement)
+            case syntax.Guarded():
+                block.guards.append(statement)

@@ -7,11 +7,15 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class Span:
-    """A place in the source: line and column from 1, length in characters."""
+    """A place in the source: line and column from 1, length in characters.
+
+    ``file`` names an included file as findings do; it is empty for the program's own text.
+    """
 
     line: int
     column: int
     length: int
+    file: str = ""
 
 
 @dataclass(frozen=True)
@@ -24,11 +28,15 @@ class Name:
 
 @dataclass(frozen=True)
 class Number:
-    """A number as written, with its unit if it has one; ``span`` covers the number alone."""
+    """A number as written, with its unit if it has one; ``span`` covers the number alone.
+
+    ``constant`` names the constant it came from; the places are then those of the name.
+    """
 
     text: str
     unit: Name | None
     span: Span
+    constant: str = ""
 
 
 @dataclass(frozen=True)
@@ -37,6 +45,7 @@ class Word:
 
     text: str
     span: Span
+    quoted: bool = False
 
 
 Value = Number | Word
@@ -54,6 +63,28 @@ class Initial:
     """``INITIAL = node;``."""
 
     node: Name
+
+
+@dataclass(frozen=True)
+class Abort:
+    """``ABORT = node;``."""
+
+    node: Name
+
+
+@dataclass(frozen=True)
+class Constant:
+    """``CONSTANT name = value;``."""
+
+    name: Name
+    value: Value
+
+
+@dataclass(frozen=True)
+class Include:
+    """``INCLUDE "file";``."""
+
+    path: Name
 
 
 @dataclass(frozen=True)
@@ -85,6 +116,13 @@ class TypeName:
 
 
 @dataclass(frozen=True)
+class Like:
+    """``LIKE = node;``."""
+
+    node: Name
+
+
+@dataclass(frozen=True)
 class Assignment:
     """``Parameter = value;``."""
 
@@ -100,7 +138,18 @@ class Transition:
     target: Name
 
 
-Statement = Interface | Initial | Begin | End | NodeName | TypeName | Assignment | Transition
+@dataclass(frozen=True)
+class Guarded:
+    """``TRANSITION[quantity > limit] = target;``."""
+
+    quantity: Name
+    operator: str
+    limit: Value
+    target: Name
+
+
+Header = Interface | Initial | Abort | Constant | Include
+Statement = Header | Begin | End | NodeName | TypeName | Like | Assignment | Transition | Guarded
 
 
 @dataclass
@@ -114,8 +163,10 @@ class Block:
     span: Span
     names: list[Name] = field(default_factory=list)
     types: list[Name] = field(default_factory=list)
+    likes: list[Name] = field(default_factory=list)
     parameters: list[Assignment] = field(default_factory=list)
     transitions: list[Transition] = field(default_factory=list)
+    guards: list[Guarded] = field(default_factory=list)
     damaged: bool = False
 
     @property
@@ -130,5 +181,8 @@ class Source:
 
     interfaces: list[Name] = field(default_factory=list)
     initials: list[Name] = field(default_factory=list)
+    aborts: list[Name] = field(default_factory=list)
+    constants: list[Constant] = field(default_factory=list)
+    includes: list[Name] = field(default_factory=list)
     blocks: list[Block] = field(default_factory=list)
     damaged: bool = False

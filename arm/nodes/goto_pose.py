@@ -2,105 +2,55 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
 
 import numpy as np
 
-from arm.control import Orientation, Position
-from arm.hds import Event, NodeType, Parameter, ParameterValue
-from arm.nodes.node import TIMEOUT, TIMEOUT_EVENT, TOOL_ON_BOARD, Clock, Context, Step
-from arm.nodes.profile import Profile
-
-ACCELERATION = 0.3
-"""Peak acceleration along the way [m/s^2]."""
-SETTLED = 1e-3
-"""Finished when the reference is this near to the target [m] ..."""
-SETTLE_TIME = 1.0
-"""... or this long after it should be: a poor estimate may never let it come near [s]."""
+from arm.hds import NodeType
+from arm.nodes.conditions import Array, Conditions, State, Values, able, free, near
+from arm.nodes.straight_way import ENDING, EVENTS, TO_GO, StraightWay, coordinate
 
 
-class GotoPose:
-    """A straight way in the board's frame."""
-
-    pressing = False
-
-    def __init__(self, values: Mapping[str, ParameterValue]) -> None:
-        self._values = [values["X"], values["Y"], values["Z"]]
-        self._speed = float(values["Speed"])
-        self._clock = Clock(float(values["Timeout"]))
-
-    def enter(self, context: Context) -> None:
-        """Plan from where the tip is; a coordinate that is not given stays."""
-        self._start = context.tip
-        self._goal = np.array(
-            [
-                float(v) if np.isfinite(float(v)) else d
-                for v, d in zip(self._values, context.desired, strict=True)
-            ]
-        )
-        way = self._goal - self._start
-        length = float(np.linalg.norm(way))
-        self._direction = way / length if length > 0 else np.zeros(3)
-        self._after = 0.0
-        self._profile = Profile(length, self._speed, ACCELERATION)
-        self._position = Position(np.eye(3))
-        self._orientation = Orientation(context.R_OS @ TOOL_ON_BOARD)
-
-    resume = enter
-
-    def update(self, context: Context) -> Step:
-        """Finished at the goal."""
-        s, v = self._profile.step(context.dt)
-        desired = self._start + s * self._direction
-        velocity = v * self._direction
-        self._position.track(context.p_OS + context.R_OS @ desired, context.R_OS @ velocity)
-        event = None
-        if self._profile.done:
-            self._after += context.dt
-            near = float(np.linalg.norm(context.tip - self._goal)) < SETTLED
-            if near or self._after > SETTLE_TIME:
-                event = "Finished"
-        if self._clock.step(context.dt) and event is None:
-            event = "Timeout"
-        return Step(self._orientation.subject_to(self._position), desired, velocity, event)
+def _point(tip: Array, values: Values) -> Array:
+    """The target from ``tip``, a coordinate that is not given staying [m]."""
+    given = np.array([float(values[axis]) for axis in ("X", "Y", "Z")])
+    return np.where(np.isfinite(given), given, tip)
 
 
-_STAY = float("inf")
+def _at_pose(state: State, values: Values) -> dict[str, float]:
+    return near(state.tip - _point(state.entered, values))
+
+
+def _clear_way(state: State, values: Values) -> dict[str, float]:
+    """Off the board, or pressed on it with a way that leads off it more than along it."""
+    off = free(state, values)["off the board"]
+    x, y, out = _point(state.tip, values) - state.tip
+    leads_off = (out - math.hypot(x, y)) / 0.01
+    return {**able(state, values), "off the board or leading off it": max(off, leads_off)}
+
+
+class GotoPose(StraightWay):
+    """A straight way in the board's frame S: x right, y up, z out of the board [m].
+
+    Control law: orientation (pen square on the board) subject to position. Goal region: tip
+    within 1 mm of the point. Domain: pen off the board, or the way leads off it more than along
+    it; way and point within reach.
+    """
+
+    frame = "board"
+    conditions = Conditions(goal=_at_pose, domain=_clear_way)
+
 
 TYPE = NodeType(
     "Goto_pose",
     parameters=(
-        Parameter(
-            "X",
-            unit="mm",
-            lo=-1.0,
-            hi=1.0,
-            default=_STAY,
-            doc="Right of the board's origin; stays if not given.",
-        ),
-        Parameter(
-            "Y",
-            unit="mm",
-            lo=-1.0,
-            hi=1.0,
-            default=_STAY,
-            doc="Above the board's origin; stays if not given.",
-        ),
-        Parameter(
-            "Z",
-            unit="mm",
-            lo=0.005,
-            hi=0.5,
-            default=_STAY,
-            doc="In front of the board; stays if not given.",
-        ),
-        Parameter("Speed", unit="mm/s", lo=0.001, hi=0.5, default=0.1, doc="Along the way."),
-        TIMEOUT,
+        coordinate("X", -1.0, 1.0, "Right of the board's origin"),
+        coordinate("Y", -1.0, 1.0, "Above the board's origin"),
+        coordinate("Z", 0.005, 0.5, "In front of the board"),
+        *ENDING,
     ),
-    events=(
-        Event("Finished", "The tip is at the pose."),
-        TIMEOUT_EVENT,
-    ),
+    events=EVENTS,
+    quantities=(TO_GO,),
     doc="Bring the tip to a point over the board.",
     make=GotoPose,
 )

@@ -8,13 +8,19 @@ import numpy as np
 
 from arm.control import Orientation, Position
 from arm.hds import Event, NodeType, Parameter, ParameterValue
+from arm.nodes.conditions import Conditions, free, stayed
 from arm.nodes.node import TOOL_ON_BOARD, Clock, Context, Step
 
 
 class Hold:
-    """Position and orientation kept in the board's frame, whatever the platform does."""
+    """Position and orientation kept in the board's frame, whatever the platform does.
+
+    Control law: orientation (pen square on the board) subject to position, both standing still in
+    S. Goal region: ``Time`` has passed. Domain: the point within reach for as long as that.
+    """
 
     pressing = False
+    conditions = Conditions(goal=stayed, domain=free, good=("Timeout",))
 
     def __init__(self, values: Mapping[str, ParameterValue]) -> None:
         self._clock = Clock(float(values["Time"]))

@@ -2,20 +2,31 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Protocol
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from arm.control import Composable
 from arm.hds import Event, Parameter
-from arm.model import Base, Kinematics
+
+if TYPE_CHECKING:
+    from arm.control import Composable
+    from arm.model import Base, Kinematics
 
 Array = NDArray[np.float64]
 
 TOOL_ON_BOARD: Array = np.array([[0.0, -1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
 """R_ST of a pen square on the board: z_T points into it, x_T down."""
+
+
+class Way(Protocol):
+    """Arc length over time, from rest to rest."""
+
+    def step(self, dt: float) -> tuple[float, float]:
+        """Advance by ``dt`` [s]; returns arc length [m] and speed [m/s]."""
+        ...
 
 
 @dataclass
@@ -32,6 +43,10 @@ class Context:
         reach_margin: distance left before the arm is stretched out [m].
         desired: tip position last asked for, p_ST_S [m].
         velocity: and its velocity, shape (3,) [m/s].
+        contact: force of the tool on the world in O, not filtered, shape (3,) [N].
+        stiffness: of the tool along its axis [N/m].
+        pace: share of its speed at which the tool may move along its way: less than 1 near a
+            singular posture.
     """
 
     dt: float
@@ -43,11 +58,19 @@ class Context:
     reach_margin: float
     desired: Array
     velocity: Array
+    contact: Array = field(default_factory=lambda: np.zeros(3))
+    stiffness: float = 800.0
+    pace: float = 1.0
 
     @property
     def tip(self) -> Array:
         """Tip position of the reference, p_ST_S [m]."""
         return self.R_OS.T @ (self.kinematics.p - self.p_OS)
+
+    def along(self, way: Way, moving: bool = True) -> tuple[float, float]:
+        """One tick along a way at the present pace: where it is [m], and its speed [m/s]."""
+        s, speed = way.step(self.dt * self.pace if moving else 0.0)
+        return s, speed * self.pace
 
     def in_platform(self, p_O: Array) -> Array:
         """A point given in O, in B: [m]."""
@@ -68,6 +91,12 @@ class Step:
         force: pressing force asked for [N], 0 for none.
         filtered: pressing force as the node's filter sees it [N].
         drawing: the pen is moving along a stroke.
+        part: which part of the node this is, for a node that changes its objective within; the
+            joints' rates fade in when it changes, and every part that draws is a stroke.
+        reason: why the event was raised, where its name does not say it all.
+        goal: where the platform is asked to be, X_OB as x, y [m], heading [rad]; None asks for
+            nothing.
+        measures: the quantities of this type's own that guards may look at [SI].
     """
 
     objective: Composable | None
@@ -77,6 +106,10 @@ class Step:
     force: float = 0.0
     filtered: float = 0.0
     drawing: bool = False
+    part: int = 0
+    reason: str = ""
+    goal: Array | None = None
+    measures: Mapping[str, float] = field(default_factory=dict)
 
 
 class Control(Protocol):

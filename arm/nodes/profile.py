@@ -2,6 +2,21 @@
 
 from __future__ import annotations
 
+from typing import Protocol
+
+
+class TimeLaw(Protocol):
+    """Arc length over time, from rest to rest."""
+
+    @property
+    def done(self) -> bool:
+        """Whether the end has been reached."""
+        ...
+
+    def step(self, dt: float) -> tuple[float, float]:
+        """Advance by ``dt`` [s]; returns arc length [m] and speed [m/s]."""
+        ...
+
 
 class Profile:
     """Arc length over time; the ramps follow a smoothstep of speed.

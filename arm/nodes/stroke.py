@@ -8,11 +8,12 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from arm.control import Force, LowPass, Orientation, Position
-from arm.hds import Event, Parameter, ParameterValue
+from arm.control import ContactObserver, Force, LowPass, Orientation, Position
+from arm.hds import Event, Parameter, ParameterValue, Quantity
+from arm.nodes.conditions import Conditions, State, Values, able
 from arm.nodes.filters import FILTER, filter_cutoff
 from arm.nodes.node import TIMEOUT, TIMEOUT_EVENT, TOOL_ON_BOARD, Clock, Context, Step
-from arm.nodes.profile import Profile
+from arm.nodes.profile import Profile, TimeLaw
 
 Array = NDArray[np.float64]
 
@@ -24,6 +25,22 @@ SETTLE_TIME = 0.5
 """or when this time has passed [s]."""
 ACCELERATION = 0.1
 """Peak acceleration along a stroke [m/s^2]: low, so that friction reverses gently."""
+
+
+def pressed(state: State, values: Values) -> dict[str, float]:
+    """The pen presses as it should, to within half of it."""
+    return {"force": 1.0 - abs(state.force / float(values["Force"]) - 1.0) / 0.5}
+
+
+def startable(state: State, values: Values) -> dict[str, float]:
+    """The force law reaches the board before the pen starts to move, twice over."""
+    press = float(values["Force"])
+    reached = 0.5 * float(values["FGain"]) * press * SETTLE_TIME
+    return {
+        **able(state, values),
+        "on the board": 1.0 - state.clearance / reached,
+        "not pressed hard": 1.0 - state.force / (press + 5.0),
+    }
 
 
 class Stroke:
@@ -38,12 +55,14 @@ class Stroke:
     """
 
     pressing = True
+    conditions = Conditions(goal=pressed, domain=startable)
 
     def __init__(self, values: Mapping[str, ParameterValue]) -> None:
         self._speed = float(values["Speed"])
         self._press = float(values["Force"])
         self._gain = float(values["FGain"])
-        self._filter = LowPass(filter_cutoff(int(values["Filter"])))
+        self._cutoff = filter_cutoff(int(values["Filter"]))
+        self._filter = LowPass(self._cutoff)
         self._clock = Clock(float(values["Timeout"]))
         self._drawn = 0.0
 
@@ -54,6 +73,10 @@ class Stroke:
     def point(self, s: float) -> tuple[Array, Array]:
         """At arc length ``s`` [m]: offset from the start in S and unit tangent, shapes (2,)."""
         raise NotImplementedError
+
+    def law(self, drawn: float) -> TimeLaw:
+        """How the path is run through from rest at arc length ``drawn`` [m]."""
+        return Profile(self.length() - drawn, self._speed, ACCELERATION)
 
     def enter(self, context: Context) -> None:
         """Start the path where the tip was asked to be."""
@@ -66,9 +89,10 @@ class Stroke:
 
     def _begin(self, context: Context, drawn: float) -> None:
         self._done = drawn
-        self._profile = Profile(self.length() - drawn, self._speed, ACCELERATION)
+        self._profile = self.law(drawn)
         normal = -context.R_OS[:, 2]
-        self._force = Force(normal, self._gain)
+        observer = ContactObserver(context.stiffness, self._cutoff)
+        self._force = Force(normal, self._gain, observer=observer)
         self._force.begin(context.force, -context.velocity[2])
         self._steady = 0
         self._wait = Clock(SETTLE_TIME)
@@ -80,12 +104,12 @@ class Stroke:
     def update(self, context: Context) -> Step:
         """Finished at the end of the path."""
         force = self._filter.step(context.force, context.dt)
-        self._force.press(self._press, force)
+        self._force.press(self._press, context.force)
         if not self._moving:
             near = abs(force - self._press) < SETTLED
             self._steady = self._steady + 1 if near else 0
             self._moving = self._wait.step(context.dt) or self._steady >= SETTLE_TICKS
-        s, speed = self._profile.step(context.dt if self._moving else 0.0)
+        s, speed = context.along(self._profile, self._moving)
         self._drawn = self._done + s
         offset, tangent = self.point(self._drawn)
         desired = np.array([*(self._start + offset), context.tip[2]])
@@ -104,6 +128,7 @@ class Stroke:
             force=self._press,
             filtered=force,
             drawing=self._moving,
+            measures={DRAWN.name: self._drawn},
         )
 
 
@@ -121,6 +146,9 @@ PARAMETERS = (
     FILTER,
     TIMEOUT,
 )
+
+DRAWN = Quantity("Drawn", "mm", "Length of the line so far.")
+"""What a stroke offers to guards."""
 
 EVENTS = (
     Event("Finished", "The stroke is drawn."),

@@ -6,11 +6,22 @@ import math
 from collections.abc import Mapping
 
 from arm.hds import NodeType, Parameter, ParameterValue
-from arm.nodes.stroke import EVENTS, PARAMETERS, Array, Stroke, direction
+from arm.nodes.conditions import Conditions, State, Values, near
+from arm.nodes.stroke import DRAWN, EVENTS, PARAMETERS, Array, Stroke, direction, pressed, startable
+
+
+def _closed(state: State, values: Values) -> dict[str, float]:
+    return {**pressed(state, values), **near((state.tip - state.entered)[:2])}
 
 
 class WhiteboardCircle(Stroke):
-    """Counter-clockwise from where the pen is."""
+    """Counter-clockwise from where the pen is.
+
+    Control law: orientation subject to position along the board subject to force into it, at
+    ``Speed``. Goal region: back where it began. Domain: pen on the board; the circle within reach.
+    """
+
+    conditions = Conditions(goal=_closed, domain=startable)
 
     def __init__(self, values: Mapping[str, ParameterValue]) -> None:
         super().__init__(values)
@@ -43,6 +54,7 @@ TYPE = NodeType(
         *PARAMETERS,
     ),
     events=EVENTS,
+    quantities=(DRAWN,),
     doc="Draw a circle with pressure control.",
     make=WhiteboardCircle,
 )

@@ -5,11 +5,32 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from arm.hds import NodeType, Parameter, ParameterValue
-from arm.nodes.stroke import EVENTS, PARAMETERS, Array, Stroke, direction
+from arm.nodes.conditions import Conditions, State, Values, near
+from arm.nodes.stroke import (
+    DRAWN,
+    EVENTS,
+    PARAMETERS,
+    Array,
+    Stroke,
+    direction,
+    pressed,
+    startable,
+)
+
+
+def _drawn(state: State, values: Values) -> dict[str, float]:
+    line = float(values["Length"]) * direction(float(values["Direction"]))
+    return {**pressed(state, values), **near((state.tip - state.entered)[:2] - line)}
 
 
 class WhiteboardLine(Stroke):
-    """From where the pen is, along a direction."""
+    """From where the pen is, along a direction.
+
+    Control law: orientation subject to position along the board subject to force into it, at
+    ``Speed``. Goal region: the end of the line. Domain: pen on the board; the line within reach.
+    """
+
+    conditions = Conditions(goal=_drawn, domain=startable)
 
     def __init__(self, values: Mapping[str, ParameterValue]) -> None:
         super().__init__(values)
@@ -39,6 +60,7 @@ TYPE = NodeType(
         *PARAMETERS,
     ),
     events=EVENTS,
+    quantities=(DRAWN,),
     doc="Draw a line with pressure control.",
     make=WhiteboardLine,
 )

@@ -259,7 +259,7 @@ def resets(rig: Rig) -> None:
 
 def test_force_limit_stops_and_lets_go() -> None:
     """Pushed into the board, the arm stops by the name of the force limit, and backs off."""
-    push = {"kind": "push", "t": 0.6, "duration": 0.5, "force": 1500.0, "on": "platform"}
+    push = {"kind": "push", "t": 0.75, "duration": 0.5, "force": 1500.0, "on": "platform"}
     world = world_at(NEAR, mismatch=EXACT)
     rig = drawing(
         0.002, world.model_copy(update={"disturbance": Scenario(disturbance=(push,)).disturbance})

@@ -1,10 +1,9 @@
 """Made-up node types and a good program around the fragment printed in the 1999 paper."""
 
-import math
-
 import pytest
 
-from arm.hds import Event, NodeType, Parameter, Registry, registry
+from arm.hds import Registry
+from tests.arm.hds.made_up import TYPES
 
 PAPER = """\
 BEGIN
@@ -66,48 +65,7 @@ END
 @pytest.fixture(scope="session")
 def types() -> Registry:
     """A handful of node types with every kind of parameter and event."""
-    speed = Parameter("Speed", "mm/s", 0.001, 0.25, doc="speed of the tool")
-    force = Parameter("Force", "cN", 0.2, 20.0)
-    timeout = Parameter("Timeout", "s", 0.1, 600.0, default=math.inf)
-    finished = Event("Finished")
-    timed_out = Event("Timeout", needs="Timeout")
-    return registry(
-        NodeType(
-            "Whiteboard_approach",
-            (
-                force,
-                Parameter("Filter", lo=1, hi=64, default=8, kind="integer"),
-                Parameter("MaxX", "mm", 0.0, 1.2),
-                speed,
-                timeout,
-            ),
-            (Event("Contact"), Event("Out_of_Reach"), timed_out),
-        ),
-        NodeType(
-            "Whiteboard_line",
-            (
-                Parameter("Length", "mm", 0.001, 1.0),
-                Parameter("Direction", "deg", -2 * math.pi, 2 * math.pi),
-                speed,
-                force,
-                Parameter("FGain", "m/N/ms", 0.0, 1.0, default=0.02),
-                timeout,
-            ),
-            (finished, timed_out),
-        ),
-        NodeType(
-            "Goto_pose",
-            (
-                speed,
-                Parameter("Mode", kind="word", choices=("Soft", "Stiff"), default="Stiff"),
-                Parameter("Label", kind="word", default=""),
-                Parameter("Torque", "N m", 0.0, 10.0, default=1.0),
-            ),
-            (finished,),
-        ),
-        NodeType("Choose", (), (Event("Again"), Event("Done")), takes_time=False),
-        NodeType("Rest", terminal=True),
-    )
+    return TYPES
 
 
 @pytest.fixture(scope="session")

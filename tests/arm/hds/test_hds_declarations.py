@@ -5,7 +5,7 @@ import random
 
 import pytest
 
-from arm.hds import Event, NodeType, Parameter, UnitError, registry, unit
+from arm.hds import Event, NodeType, Parameter, Quantity, UnitError, registry, unit
 from arm.hds.units import SYMBOLS, dimension_name, units_of
 
 
@@ -100,6 +100,12 @@ def test_every_suggested_unit_exists() -> None:
         (lambda: NodeType("T", (), (Event("E"), Event("E"))), "twice"),
         (lambda: NodeType("T", (), (Event("E", needs="X"),)), "needs 'X'"),
         (lambda: registry(NodeType("T"), NodeType("T")), "two node types"),
+        (lambda: registry(NodeType("End")), "two node types"),
+        (lambda: Event("Abort"), "accepted in every node"),
+        (lambda: Quantity("LIKE"), "cannot be written"),
+        (lambda: Quantity("X", "Newton"), "unknown unit"),
+        (lambda: NodeType("T", quantities=(Quantity("Time", "s"),)), "quantity 'Time' twice"),
+        (lambda: registry(NodeType("T"), quantities=(Quantity("X"), Quantity("X"))), "twice"),
     ],
 )
 def test_contradictory_declarations_are_refused(make, match: str) -> None:

@@ -3,8 +3,10 @@
 import re
 from pathlib import Path
 
+import pytest
+
 import arm.hds
-from arm.hds import Registry, check_text, render
+from arm.hds import Automaton, Registry, check_text, render
 
 DOC = (Path(__file__).parents[3] / "docs" / "language.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"^```\w*\n(.*?)^```$", DOC, flags=re.DOTALL | re.MULTILINE)
@@ -12,7 +14,8 @@ BLOCKS = re.findall(r"^```\w*\n(.*?)^```$", DOC, flags=re.DOTALL | re.MULTILINE)
 
 def test_the_table_lists_every_code_with_its_severity() -> None:
     """The documented codes are the very ones in the source."""
-    source = "".join(p.read_text("utf-8") for p in Path(arm.hds.__file__).parent.glob("*.py"))
+    files = Path(arm.hds.__file__).parent.glob("*.py")  # a specification is no program
+    source = "".join(p.read_text("utf-8") for p in files if p.stem != "specification")
     reported = set(re.findall(r'report\.(error|warning)\(\s*"([a-z0-9-]+)"', source))
     documented = {(s, code) for code, s in re.findall(r"^\| `([a-z0-9-]+)` \| (\w+) \|", DOC, re.M)}
     assert documented == reported
@@ -24,8 +27,45 @@ def test_the_first_example_has_no_findings(types: Registry) -> None:
     assert program is not None and findings == []
 
 
+def test_the_guarded_example_has_no_findings(types: Registry) -> None:
+    """And it has what the text around it speaks of."""
+    text = next(block for block in BLOCKS if "LIKE" in block)
+    program, findings = check_text(text, "doc", types)
+    assert findings == [] and program is not None
+    assert program.abort == "Retract1"
+    assert [g.text for g in program.nodes["Line2"].guards] == ["Force > Too_hard", "Force < 0.1 N"]
+    assert program.nodes["Line2"].transitions == {"Finished": "Retract1"}
+    assert program.nodes["Missed"].terminal
+
+
+def test_the_python_example_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What the document shows of the library works as written."""
+    (tmp_path / "stroke.hds").write_text(
+        "INTERFACE = r1; INITIAL = A; ABORT = A; "
+        "BEGIN NAME = A; TYPE = Whiteboard_line; Length = 50; "
+        "TRANSITION[Finished] = A2; TRANSITION[Time > 1] = A2; END "
+        "BEGIN NAME = A2; LIKE = A; TRANSITION[Finished] = End; END"
+    )
+    monkeypatch.chdir(tmp_path)
+    code = re.findall(r"^```python\n(.*?)^```$", DOC, flags=re.DOTALL | re.MULTILINE)
+    assert len(code) == 1
+    names: dict[str, object] = {}
+    exec(code[0], names)
+    automaton = names["automaton"]
+    assert isinstance(automaton, Automaton)
+    assert [step.target for step in automaton.history] == ["A", "A2", "A2", "A"]
+
+
+def test_every_program_in_the_document_is_judged_here(types: Registry) -> None:
+    """No example has findings but the one that shows them, which a new one would have to join."""
+    programs = [block for block in BLOCKS if "INTERFACE" in block and "BEGIN" in block]
+    verdicts = [check_text(block, "doc", types)[1] == [] for block in programs]
+    assert verdicts == [True, True, False]
+
+
 def test_the_errors_shown_are_real_output(types: Registry) -> None:
     """The faulty example gives exactly the output printed below it."""
-    faulty, shown = BLOCKS[1:3]
+    at = next(i for i, block in enumerate(BLOCKS) if block.startswith("bad.hds:"))
+    faulty, shown = BLOCKS[at - 1], BLOCKS[at]
     _, findings = check_text(faulty, "bad.hds", types)
     assert render(findings) == shown.rstrip("\n")

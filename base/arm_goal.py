@@ -1,0 +1,37 @@
+"""Goals that the arm's program has for the platform; they come with the arm's status."""
+
+from __future__ import annotations
+
+from base.platform import Platform
+from services.messages import ArmStatus
+
+
+class ArmGoal:
+    """Obeys each goal once, and stops for one that is taken back before it is reached.
+
+    A goal replaces the platform's task, as one from a person does; a person may replace it in
+    turn. What the program waits for it reads off the observer's estimate.
+
+    Args:
+        platform: that drives.
+    """
+
+    def __init__(self, platform: Platform) -> None:
+        self._platform = platform
+        self._number = 0
+        self.refused = ""
+
+    def heed(self, arm: ArmStatus | None) -> None:
+        """Look at the newest status of the arm, None if it has said nothing."""
+        number = 0 if arm is None else arm.goal_number
+        if arm is None or number == self._number:
+            return
+        self._number = number
+        self.refused = ""
+        try:
+            if number:
+                self._platform.set_goal(*(float(v) for v in arm.goal))
+            elif self._platform.doing == "driving":
+                self._platform.set_behaviour("hold_still")
+        except ValueError as error:
+            self.refused = f"goal of the program refused: {error}"
