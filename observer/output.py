@@ -126,9 +126,7 @@ class SmoothOutput:
     def _tune(self, dt: float) -> None:
         """Constants of the law for ticks of ``dt`` [s]."""
         law = [0.5 * dt]
-        for frequency, most in zip(
-            self.options.frequency, self.options.acceleration, strict=True
-        ):
+        for frequency, most in zip(self.options.frequency, self.options.acceleration, strict=True):
             # however coarse the ticks, never past the target
             pull = min(0.5 * frequency, 0.5 / dt)
             law += [pull, -math.expm1(-2.0 * frequency * dt), most * dt]
