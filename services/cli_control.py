@@ -8,12 +8,13 @@ from pathlib import Path
 from typing import NoReturn
 
 import typer
+from rich.progress import track
 
 from arm.hds import Finding, load, render
 from arm.nodes import REGISTRY
 from deploy.tomlfile import BadFile
 from services import control_check
-from services.cli_common import fail, show_json
+from services.cli_common import errors, fail, show_json
 
 REPLAYS = Path("runs") / "control"
 """Where the scenarios of counter-examples go."""
@@ -49,7 +50,8 @@ def check_control(
             fail(str(error), 2)
         seeds = range(seed, seed + samples)
         runs = control_check.sample_many(world, seeds, workers=workers or os.cpu_count() or 1)
-        report = control_check.judge(load(file, REGISTRY), REGISTRY, runs)
+        shown = track(runs, total=samples, description="Sampling", console=errors, disable=json)
+        report = control_check.judge(load(file, REGISTRY), REGISTRY, shown)
         replays = control_check.write_replays(report, world, REPLAYS)
         bad |= bool(report.failed)
         ways = {s: f"steadyhand run {path} --seed {s}" for s, path in replays.items()}

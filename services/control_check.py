@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -379,14 +379,16 @@ class Watch:
 
 def sample_many(
     scenario: Scenario, seeds: Iterable[int], observer: str = "ekf", workers: int = 1
-) -> list[Sample]:
-    """Runs for several seeds, in this process or in several."""
+) -> Iterator[Sample]:
+    """Runs for several seeds as they come, in this process or in several."""
     seeds = list(seeds)
     if workers <= 1 or len(seeds) <= 1:
-        return [sample(scenario, seed, observer) for seed in seeds]
+        for seed in seeds:
+            yield sample(scenario, seed, observer)
+        return
     with ProcessPoolExecutor(max_workers=min(workers, len(seeds))) as pool:
         n = len(seeds)
-        return list(pool.map(sample, [scenario] * n, seeds, [observer] * n))
+        yield from pool.map(sample, [scenario] * n, seeds, [observer] * n)
 
 
 # --- for people -----------------------------------------------------------------------------

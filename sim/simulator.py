@@ -139,7 +139,7 @@ class Simulator:
         return ArmState(t=now, q=q, qd=qd, tau=self.physics.applied, wrench=wrench)
 
     def _encoders(self) -> Array:
-        return np.round(self.physics.q / self._resolution)
+        return np.rint(self.physics.q / self._resolution)
 
     def _set_brakes(self, on: bool) -> None:
         self._braked = on

@@ -52,6 +52,8 @@ class TorqueLaw:
         self._coulomb_nominal = np.array(arm.coulomb_friction)
         self._viscous = np.array(arm.viscous_friction)
         self.limit = np.array(arm.torque_limit)
+        self._coulomb_least = 0.5 * self._coulomb_nominal
+        self._coulomb_most = 1.5 * self._coulomb_nominal
         self.coulomb = self._coulomb_nominal.copy()
         self._tune(0.001)
         self.reset(np.zeros(6))
@@ -59,9 +61,9 @@ class TorqueLaw:
     def reset(self, qd: Array) -> None:
         """Forget the past; the reference moves at ``qd``, shape (6,) [rad/s]."""
         self._integral = np.zeros(6)
-        self._velocity_error = np.zeros(6)
         self._qd_ref = qd.copy()
-        self._qdd_ref = np.zeros(6)
+        self._filtered = np.zeros((2, 6))
+        self._new = np.zeros((2, 6))
         self.saturated = False
 
     def torque(
@@ -94,14 +96,20 @@ class TorqueLaw:
         if dt != self._dt:
             self._tune(dt)
         w = g.bandwidth
-        ahead, back = self._blends
-        self._qdd_ref += ahead * ((qd_ref - self._qd_ref) / dt - self._qdd_ref)
+        # both filters at once: acceleration of the reference, velocity error
+        new = self._new
+        np.subtract(qd_ref, self._qd_ref, out=new[0])
+        new[0] /= dt
+        np.subtract(qd_ref, qd, out=new[1])
+        new -= self._filtered
+        new *= self._blends
+        self._filtered += new
+        acceleration, velocity_error = self._filtered
         self._qd_ref = qd_ref
         error = q_ref - q
-        self._velocity_error += back * ((qd_ref - qd) - self._velocity_error)
-        feedback = (2.0 * w) * self._velocity_error
+        feedback = (2.0 * w) * velocity_error
         feedback += (w * w) * (error + g.integral * self._integral)
-        tau = self._model.torque(self._qdd_ref, feedback, base.acceleration)
+        tau = self._model.torque(acceleration, feedback, base.acceleration)
         direction = np.tanh(qd_ref / g.friction_width)
         tau += self.coulomb * direction
         tau += self._viscous * qd_ref
@@ -118,15 +126,17 @@ class TorqueLaw:
         step = self._model.inertia_diagonal() * feedback
         step *= direction
         step *= np.abs(direction) > 0.9  # only while moving
-        self.coulomb += (self.gains.friction_rate * dt) * step
-        np.maximum(self.coulomb, 0.5 * self._coulomb_nominal, out=self.coulomb)
-        np.minimum(self.coulomb, 1.5 * self._coulomb_nominal, out=self.coulomb)
+        step *= self.gains.friction_rate * dt
+        self.coulomb += step
+        np.maximum(self.coulomb, self._coulomb_least, out=self.coulomb)
+        np.minimum(self.coulomb, self._coulomb_most, out=self.coulomb)
 
     def _tune(self, dt: float) -> None:
         """Weights of the filters for ticks of ``dt`` [s]."""
         self._dt = dt
         g = self.gains
-        self._blends = (blend(g.acceleration_filter, dt), blend(g.velocity_filter, dt))
+        weights = (blend(g.acceleration_filter, dt), blend(g.velocity_filter, dt))
+        self._blends = np.array(weights)[:, None]
 
 
 def blend(cutoff: float, dt: float) -> float:
