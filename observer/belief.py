@@ -58,8 +58,6 @@ class Belief:
     mode: ModeState = _DRIVING
     slip_until: float = -1e300
     """Until then slip is reported [s]."""
-    log_likelihood: float = 0.0
-    """Of all innovations so far; counted only if `FilterOptions.likelihood`."""
     hypotheses: tuple[Hypothesis, ...] = ()
     """What each mode believes; of `observer.imm` alone."""
 

@@ -14,7 +14,7 @@ from observer.motion_model import SIZE, Floats
 from observer.observer_options import ObserverOptions, make_filter
 from observer.output import SmoothOutput
 from observer.report import NEVER, covariance_in_O, reasons, unknown
-from observer.sensor_models import rotation_of
+from observer.sensor_models import reading_in_B, rotation_of
 from observer.wheel_scale import WheelScale
 from services.messages import Array, BaseCommand, Estimate, Imu, Odometry, WheelSpeed
 
@@ -150,20 +150,15 @@ class EkfObserver:
             if f.add(SPEED, t, self._scaled(s.velocity), now):
                 newest["odometry"], fresh = max(newest["odometry"], s.t), True
         for m in imu:
-            if f.add(IMU, now if undelayed else m.t, self._in_B(m), now):
+            if f.add(
+                IMU, now if undelayed else m.t, reading_in_B(self._R_BI, m.gyro, m.accel), now
+            ):
                 newest["imu"], fresh = max(newest["imu"], m.t), True
         f.settle(len(odometry) + len(speeds) + len(imu) + self.options.filter.replay)
         self._rejected = f.rejected()
         if self._backwards:
             self._rejected["clock: backwards"] = self._backwards
         return fresh
-
-    def _in_B(self, m: Imu) -> tuple[float, float, float]:
-        """Yaw rate and horizontal accelerometer as read along the axes of B."""
-        if self._R_BI is None:
-            return m.gyro[2], m.accel[0], m.accel[1]
-        accel = self._R_BI @ m.accel
-        return float(self._R_BI[2] @ m.gyro), float(accel[0]), float(accel[1])
 
     def _scaled(self, velocity: Array) -> Array:
         distance, turn = self.robot.odometry.scale

@@ -126,13 +126,6 @@ class PlanarEKF(ExtendedKalmanFilter):
     def _nis(self) -> float:
         return min(float(self.y @ self.SI @ self.y), MOST)
 
-    def _evidence(self, before: Belief, nis: float) -> float:
-        """Sum of log N(y; 0, S) up to and with this innovation."""
-        if not self.options.likelihood:
-            return 0.0
-        log_volume = float(np.linalg.slogdet(2.0 * math.pi * self.S)[1])
-        return before.log_likelihood - 0.5 * (nis + log_volume)
-
     def _fuse_imu(self, before: Belief, event: Event) -> Belief:
         opt = self.options
         u = self.commands.at(event.t)
@@ -164,7 +157,6 @@ class PlanarEKF(ExtendedKalmanFilter):
             imu_refused=before.imu_refused + 1 if refused else 0,
             imu_gated=before.imu_gated + refused,
             mode=mode,
-            log_likelihood=self._evidence(before, nis),
         )
 
     def _fuse_speed(self, before: Belief, event: Event) -> Belief:
@@ -190,7 +182,6 @@ class PlanarEKF(ExtendedKalmanFilter):
             speed_nis=nis,
             odometry_gated=before.odometry_gated + refused,
             slip_until=slip_until,
-            log_likelihood=self._evidence(before, nis),
         )
 
     def _fuse_odometry(self, before: Belief, event: Event) -> Belief:
@@ -249,7 +240,6 @@ class PlanarEKF(ExtendedKalmanFilter):
             odometry_refused=count,
             odometry_gated=before.odometry_gated + refused,
             slip_until=slip_until,
-            log_likelihood=self._evidence(before, nis),
         )
 
     def _rounding_matters(self, P: Array) -> bool:

@@ -60,6 +60,20 @@ def rotation_of(rpy: tuple[float, float, float]) -> Array | None:
     )
 
 
+def reading_in_B(R_BI: Array | None, gyro: Array, accel: Array) -> tuple[float, float, float]:
+    """What the filter takes of a reading: yaw rate and horizontal accelerometer, along axes of B.
+
+    Args:
+        R_BI: of `rotation_of`.
+        gyro: as read, (3) [rad/s].
+        accel: as read, (3) [m/s^2].
+    """
+    if R_BI is None:
+        return gyro[2], accel[0], accel[1]
+    accel = R_BI @ accel
+    return float(R_BI[2] @ gyro), float(accel[0]), float(accel[1])
+
+
 def truncated(mean: float, variance: float, low: float, high: float) -> tuple[float, float] | None:
     """Mean and variance of a Gaussian known to lie between ``low`` and ``high``.
 

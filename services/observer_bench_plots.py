@@ -16,7 +16,7 @@ from observer.bench.score import AFTERMATH, BINS, Score
 from observer.bench.world import PUSH_TIME, World
 from observer.metrics import chi2_band
 from services.observer_bench import Plan
-from services.report import plt
+from services.report import plt, save
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -65,12 +65,7 @@ def write_plots(
     if shown:
         drawn["nees"] = consistency(scores, shown, rate, plan.runs)
     folder.mkdir(parents=True, exist_ok=True)
-    files = []
-    for name, figure in drawn.items():
-        files.append(folder / f"observer_{name}.png")
-        figure.savefig(files[-1], metadata={"Software": None})
-        plt.close(figure)
-    return files
+    return save(folder, ((f"observer_{name}", figure) for name, figure in drawn.items()))
 
 
 def one_run(world: World, names: Sequence[str]) -> Figure:

@@ -15,7 +15,7 @@ from observer.logs.lags import LagCurve, lag_curves
 from observer.logs.score import matched
 from services.replay_run import AT_ITS_STAMPS, PICTURES, Replayed, in_unit
 from services.replay_surprise import innovations, nis, thin, title_of
-from services.report import DRAWN, ERROR, MEANT
+from services.report import DRAWN, ERROR, MEANT, save
 
 GREY = "0.45"
 COLOURS = {AT_ITS_STAMPS: GREY, "hold": "#8a6fb0", "taylor": "#3a8f6b"}
@@ -24,17 +24,9 @@ DEGREES = 180.0 / np.pi
 
 def write_pictures(done: Replayed, folder: Path) -> list[Path]:
     """Draw every picture that there are data for; returns the files."""
-    out = []
     draws = (track, innovations, nis, biases, delay)
-    for name, draw in zip(PICTURES, draws, strict=True):
-        figure = draw(done)
-        if figure is None:
-            continue
-        path = folder / f"{name}.png"
-        figure.savefig(path, metadata={"Software": None})
-        plt.close(figure)
-        out.append(path)
-    return out
+    named = zip(PICTURES, draws, strict=True)
+    return save(folder, ((name, draw(done)) for name, draw in named))
 
 
 def _colour(done: Replayed, name: str) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -37,7 +37,6 @@ plt.rcParams.update(
 
 def write_pictures(log: RunLog, folder: Path, title: str) -> list[Path]:
     """Draw every picture the run has data for; returns the files."""
-    out = []
     pictures: dict[str, Callable[[RunLog, str], Figure | None]] = {
         "board": board,
         "drawing": drawing,
@@ -45,8 +44,13 @@ def write_pictures(log: RunLog, folder: Path, title: str) -> list[Path]:
         "force": force,
         "torques": torques,
     }
-    for name, draw in pictures.items():
-        figure = draw(log, title)
+    return save(folder, ((name, draw(log, title)) for name, draw in pictures.items()))
+
+
+def save(folder: Path, figures: Iterable[tuple[str, Figure | None]]) -> list[Path]:
+    """Write figures as ``<name>.png``, closing each before the next is drawn; returns the files."""
+    out = []
+    for name, figure in figures:
         if figure is None:
             continue
         path = folder / f"{name}.png"

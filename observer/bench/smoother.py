@@ -19,7 +19,7 @@ from observer.bench.world import DT, World
 from observer.motion_model import SIZE
 from observer.observer_options import make_filter
 from observer.planar_ekf import PlanarEKF
-from observer.sensor_models import pose_residual, rotation_of
+from observer.sensor_models import pose_residual, reading_in_B, rotation_of
 from observer.wheel_scale import WheelScale
 from services.messages import Array, BaseCommand, Odometry
 
@@ -122,8 +122,7 @@ def _ready(world: World) -> tuple[PlanarEKF, Belief, Batches]:
             else:
                 batches.setdefault(m.t, []).append((ODOMETRY, pose))
         elif start is not None:
-            gyro, accel = (m.gyro, m.accel) if R_BI is None else (R_BI @ m.gyro, R_BI @ m.accel)
-            value = np.array([gyro[2], accel[0], accel[1]])
+            value = np.array(reading_in_B(R_BI, m.gyro, m.accel))
             batches.setdefault(m.t, []).insert(0, (IMU, value))  # first, as in the product
     assert start is not None
     return ekf, start, list(batches.items())

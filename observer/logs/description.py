@@ -77,8 +77,8 @@ class OdometryColumns(PoseColumns):
         return self
 
 
-class SpeedColumns(Stamped):
-    """Body velocity V_OB_B from the wheels."""
+class VelocityColumns(Stamped):
+    """A body velocity V_OB_B."""
 
     vx: Column
     vy: Column | None = None
@@ -86,6 +86,11 @@ class SpeedColumns(Stamped):
     w: Column
     length_unit: Literal["m", "cm", "mm"] = "m"
     angle_unit: Literal["rad", "deg"] = "rad"
+
+
+class SpeedColumns(VelocityColumns):
+    """Body velocity V_OB_B from the wheels."""
+
     delay: Annotated[float | None, AUTO] = None
     noise: Annotated[Positive3 | None, AUTO] = None
 
@@ -121,14 +126,8 @@ class ImuColumns(Stamped):
         return self
 
 
-class CommandColumns(Stamped):
+class CommandColumns(VelocityColumns):
     """Commands to the drive, V_OB_B."""
-
-    vx: Column
-    vy: Column | None = None
-    w: Column
-    length_unit: Literal["m", "cm", "mm"] = "m"
-    angle_unit: Literal["rad", "deg"] = "rad"
 
 
 class ReferenceColumns(PoseColumns):

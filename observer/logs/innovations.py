@@ -15,10 +15,10 @@ import numpy as np
 
 from deploy.robot import MobileBase
 from observer.belief import IMU, NAMES, ODOMETRY, SPEED, Event
-from observer.logs.frames import matrix_of
 from observer.logs.recording import Recording, Samples
 from observer.metrics import nees
 from observer.observer_options import ObserverOptions, make_filter
+from observer.sensor_models import reading_in_B, rotation_of
 from observer.wheel_scale import WheelScale
 from services.messages import Array
 
@@ -89,12 +89,10 @@ def measurements(recording: Recording) -> Measurements:
         distance, turn = base.odometry.scale
         events += _events(recording.speeds, SPEED, lambda _, v: v / (distance, distance, turn))
     if recording.imu is not None:
-        R_BI = matrix_of(base.imu.rotation)
-
-        def in_B(_: float, v: Array) -> Array:
-            return np.array([R_BI[2] @ v[:3], R_BI[0] @ v[3:], R_BI[1] @ v[3:]])
-
-        events += _events(recording.imu, IMU, in_B)
+        R_BI = rotation_of(base.imu.rotation)
+        events += _events(
+            recording.imu, IMU, lambda _, v: np.array(reading_in_B(R_BI, v[:3], v[3:]))
+        )
     events.sort(key=lambda e: e[:2])
     c = recording.commands
     rows = [] if c is None else zip(c.t.tolist(), c.values.tolist(), strict=True)

@@ -11,13 +11,12 @@ from deploy.tomlfile import load_toml
 from observer.logs.assumptions import assumed_base, auto_keys
 from observer.logs.checks import check_together
 from observer.logs.description import (
-    CommandColumns,
     ImuColumns,
     LogDescription,
     PoseColumns,
     ReferenceColumns,
-    SpeedColumns,
     Stamped,
+    VelocityColumns,
 )
 from observer.logs.frames import GRAVITY, east_north, heading_of
 from observer.logs.log import Log
@@ -98,7 +97,7 @@ class _Sensor:
         d = self.table
         if isinstance(d, ImuColumns):
             return [*d.gyro, *d.accel]
-        if isinstance(d, SpeedColumns | CommandColumns):
+        if isinstance(d, VelocityColumns):
             return [d.vx, *([d.vy] if d.vy else []), d.w]
         assert isinstance(d, PoseColumns)
         if isinstance(d, ReferenceColumns) and d.latitude and d.longitude:
@@ -175,7 +174,7 @@ def _values(sensor: _Sensor, raw: Array, where: str, problems: Problems) -> Arra
     d = sensor.table
     if isinstance(d, ImuColumns):
         return raw * ([ANGLES[d.angle_unit]] * 3 + [FORCES[d.accel_unit]] * 3)
-    if isinstance(d, SpeedColumns | CommandColumns):
+    if isinstance(d, VelocityColumns):
         out = np.zeros((len(raw), 3))
         out[:, : raw.shape[1] - 1] = raw[:, :-1] * LENGTHS[d.length_unit]
         out[:, 2] = raw[:, -1] * ANGLES[d.angle_unit]
@@ -227,7 +226,7 @@ def _in_range(rows: Rows, sensor: _Sensor, first: int, where: str, problems: Pro
         hard = np.any(v[:, 3:] * FORCES[d.accel_unit] > force, axis=1)
         limits.append((f"gyro beyond {turn:g} rad/s", wild))
         limits.append((f"accelerometer beyond {force:g} m/s^2", hard))
-    elif isinstance(d, SpeedColumns | CommandColumns):
+    elif isinstance(d, VelocityColumns):
         fast, turn = RANGES[sensor.name]
         far = np.any(v[:, :-1] * LENGTHS[d.length_unit] > fast, axis=1)
         limits.append((f"beyond {fast:g} m/s", far))
