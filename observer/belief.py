@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +12,7 @@ from services.messages import Array
 IMU, ODOMETRY, SPEED = 0, 1, 2
 NAMES = ("imu", "odometry", "speed")
 _ZERO = np.zeros(3)
+_ZERO.setflags(write=False)
 _DRIVING = ModeState()
 
 
@@ -24,8 +24,7 @@ class Event(NamedTuple):
     z: Array
 
 
-@dataclass(frozen=True, slots=True)
-class Belief:
+class Belief(NamedTuple):
     """State and covariance after a measurement, and all that the next one depends on.
 
     Arrays are never written to after construction, so that a snapshot costs no copy.
@@ -42,9 +41,9 @@ class Belief:
     """Times in a row that x, y, heading came unchanged."""
     unchanged_since: float = 1e300
     """Instant of the first of the newest odometry values that are equal in all three [s]."""
-    odometry_innovation: Array = field(default_factory=lambda: _ZERO)
+    odometry_innovation: Array = _ZERO
     odometry_nis: float = 0.0
-    imu_innovation: Array = field(default_factory=lambda: _ZERO)
+    imu_innovation: Array = _ZERO
     imu_nis: float = 0.0
     speed_nis: float = 0.0
     odometry_refused: int = 0

@@ -5,10 +5,10 @@ goes to its place and everything after it is done again: the exact method (see L
 1998, for approximations). What the filter knows is therefore a function of the set of measurements
 and commands, not of their arrival.
 
-Where delays are long, replay is spread over ticks: at most a budget of measurements is fused per
-tick. Meanwhile the belief served is the one from before the late measurement, kept up to date with
-what is newer; when the replay has caught up, it takes over. Late measurements that arrive during a
-replay which is already past them wait for its end, so that it always ends.
+Where delays are long, replay is spread over ticks: at most a budget of measurements is done again
+per tick. Meanwhile the belief served is the one from before the late measurement, kept up to date
+with what is newer; when the replay has caught up, it takes over. Late measurements that arrive
+during a replay which is already past them wait for its end, so that it always ends.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ class DelayedEKF:
         """
         name = NAMES[sensor]
         value = np.array(z, dtype=np.float64)
-        if not (math.isfinite(t) and value.shape == (3,) and np.isfinite(value).all()):
+        if value.shape != (3,) or not all(map(math.isfinite, (t, *value.tolist()))):
             return self._refuse(name, "non-finite")
         if t > now + self.options.future:
             return self._refuse(name, "future")
@@ -188,17 +188,16 @@ class DelayedEKF:
         """Fuse what was added, each at its instant, and drop what is past the history.
 
         Args:
-            budget: measurements to fuse at most, but for those newer than the belief served, which
-                are never left waiting; None: all.
+            budget: measurements to replay at most, beside those newer than the belief served,
+                which are never left waiting; None: all.
         """
         if not self._events:
             return
-        left = math.inf if budget is None else budget
+        left = math.inf if budget is None or self._served is None else budget
         if self._waiting or len(self._events) - len(self._beliefs) > left:
             for event in self._ahead:
                 assert self._served is not None
                 self._served = self.ekf.fuse(self._served, event)
-            left = max(left - len(self._ahead), 1)
         self._ahead = []
         while left > 0 and not self.settled:
             if len(self._beliefs) == len(self._events):

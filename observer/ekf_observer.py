@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -154,7 +153,7 @@ class EkfObserver:
                 IMU, now if undelayed else m.t, reading_in_B(self._R_BI, m.gyro, m.accel), now
             ):
                 newest["imu"], fresh = max(newest["imu"], m.t), True
-        f.settle(len(odometry) + len(speeds) + len(imu) + self.options.filter.replay)
+        f.settle(self.options.filter.replay)
         self._rejected = f.rejected()
         if self._backwards:
             self._rejected["clock: backwards"] = self._backwards
@@ -198,7 +197,7 @@ class EkfObserver:
         assert self._tip is not None
         belief = self.filter.belief
         if not self._stale:
-            belief = replace(belief, t=self._P_time, x=np.array(self._tip), P=self._P_tip)
+            belief = belief._replace(t=self._P_time, x=np.array(self._tip), P=self._P_tip)
         self._P_tip = self.filter.extrapolate(belief, max(now, belief.t))[1]
         self._P_time, self._stale = now, False
         self._covariance = covariance_in_O(
@@ -220,7 +219,6 @@ class EkfObserver:
         ax, ay = ax - tip[5] * tip[4], ay + tip[5] * tip[3]
         c, s = math.cos(tip[2]), math.sin(tip[2])
         odometry_age, imu_age = now - newest["odometry"], now - newest["imu"]
-        command_age = now - newest["command"]
         valid, reason = reasons(
             self.options.limits,
             self._sigma,
@@ -243,7 +241,7 @@ class EkfObserver:
             imu_nis=belief.imu_nis,
             odometry_age=_age(odometry_age),
             imu_age=_age(imu_age),
-            command_age=_age(command_age),
+            command_age=_age(now - newest["command"]),
             rejected=self._rejected,
             mode=belief.mode.mode.value,
             valid=valid,

@@ -50,7 +50,7 @@ class FilterOptions:
     max_steps: int = 250
     """... into no more than this many."""
     replay: int = 2
-    """Measurements fused again per tick, beside the new ones, until a late one is worked in."""
+    """Measurements fused per tick, beside the newest, until a late one is worked in."""
     floor_tilt: float = 0.02
     """Standard deviation of gravity along an unknown floor [m/s^2]; 0.02 is 0.12 deg."""
     speed: tuple[float, float, float] = (0.5, 0.5, 0.5)

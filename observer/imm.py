@@ -9,7 +9,6 @@ automaton that switches, as a comparison: docs/observer.md has the figures.
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 
@@ -41,7 +40,7 @@ class ImmEKF(PlanarEKF):
         mixed = _mixed(known, event.t - before.t)
         after, logs = [], []
         for state, h in zip(MODES, mixed, strict=True):
-            belief = super().fuse(replace(before, x=h.x, P=h.P, mode=state), event)
+            belief = super().fuse(before._replace(x=h.x, P=h.P, mode=state), event)
             after.append(belief)
             nis = belief.imu_nis if event.sensor == IMU else belief.odometry_nis
             logs.append(-0.5 * (nis + float(np.linalg.slogdet(self.S)[1])))
@@ -55,7 +54,7 @@ class ImmEKF(PlanarEKF):
         )
         x, P = _moments(hypotheses, [h.weight for h in hypotheses])
         best = max(range(3), key=lambda i: hypotheses[i].weight)
-        return replace(after[best], x=x, P=P, mode=MODES[best], hypotheses=hypotheses)
+        return after[best]._replace(x=x, P=P, mode=MODES[best], hypotheses=hypotheses)
 
 
 def _mixed(known: tuple[Hypothesis, ...], dt: float) -> list[Hypothesis]:

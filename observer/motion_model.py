@@ -34,13 +34,9 @@ SIZE = 14
 
 Floats = Sequence[float]
 
-# where the Jacobian differs from the identity, in the order in which `jacobian` fills it
-_WHERE = np.array(
-    [(0, i) for i in range(2, 9)]
-    + [(1, i) for i in range(2, 9)]
-    + [(2, 5), (2, 8), (3, 3), (4, 4), (5, 5), (3, 6), (4, 7), (5, 8), (6, 6), (7, 7), (8, 8)]
-).T
-_ROWS, _COLUMNS = _WHERE
+# where noise depends on the heading: x, y with themselves, with vx, vy and with dx, dy
+_NOISE_ROWS = np.array([0, 0, 1, 1] + [0, 0, 1, 1] * 2 + [3, 4, 3, 4] + [6, 7, 6, 7])
+_NOISE_COLUMNS = np.array([0, 1, 0, 1] + [3, 4, 3, 4] + [6, 7, 6, 7] + [0, 0, 1, 1] * 2)
 _KEPT = 512
 """Durations whose constants are remembered: ticks and sensor periods come again and again."""
 
@@ -61,6 +57,11 @@ class _Constants(NamedTuple):
     free_gained: float
     """The same two while the drive saturates."""
     free_moved: float
+
+
+_Pair = tuple[float, float]
+_Axes = tuple[Array, _Pair, _Pair, _Pair]
+_Noise = tuple[Array, _Pair, _Pair, _Pair]
 
 
 @dataclass(frozen=True)
@@ -89,7 +90,10 @@ class MotionModel:
     accel_bias_walk: float = 2e-4
     tilt_walk: float = 2e-4
     _constants: dict[float, _Constants] = field(default_factory=dict, compare=False, repr=False)
-    _noises: dict[tuple[float, float], Array] = field(
+    _axes: dict[tuple[float, tuple[bool, ...]], _Axes] = field(
+        default_factory=dict, compare=False, repr=False
+    )
+    _noises: dict[tuple[float, float], _Noise] = field(
         default_factory=dict, compare=False, repr=False
     )
 
@@ -149,21 +153,38 @@ class MotionModel:
         x, y, w = self.acceleration_limit
         return x * self.lag, y * self.lag, w * self.lag
 
-    def _shift(self, x: Floats, u: Floats, dt: float) -> tuple[list[float], list[float], float]:
+    def _shift(self, x: Floats, u: Floats, dt: float) -> tuple[Floats, Floats, float]:
         """Velocity after ``dt``, displacement in B (3), and decay of the disturbance."""
-        k, reach = self._for(dt), self._reach
-        velocity, moved = [], []
-        for i in (0, 1, 2):
-            v, d, most = x[3 + i], x[6 + i], reach[i]
-            gap = u[i] - v
+        k, (lx, ly, lw) = self._for(dt), self._reach
+        gone, decay, lost, gained, moved, _, _ = k
+        _, _, _, vx, vy, w, dx, dy, dw, _, _, _, _, _ = x
+        ux, uy, uw = u
+        gx, gy, gw = ux - vx, uy - vy, uw - w
+        if -lx <= gx <= lx and -ly <= gy <= ly and -lw <= gw <= lw:  # nearly always: no loop
+            return (
+                (
+                    vx + gx * gone + dx * gained,
+                    vy + gy * gone + dy * gained,
+                    w + gw * gone + dw * gained,
+                ),
+                (
+                    ux * dt - gx * lost + dx * moved,
+                    uy * dt - gy * lost + dy * moved,
+                    uw * dt - gw * lost + dw * moved,
+                ),
+                decay,
+            )
+        velocity, shift = [], []
+        for i, most in enumerate(self._reach):
+            v, d, gap = x[3 + i], x[6 + i], u[i] - x[3 + i]
             if -most <= gap <= most:
-                velocity.append(v + gap * k.gone + d * k.gained)
-                moved.append(u[i] * dt - gap * k.lost + d * k.moved)
+                velocity.append(v + gap * gone + d * gained)
+                shift.append(u[i] * dt - gap * lost + d * moved)
             else:
                 a = math.copysign(self.acceleration_limit[i], gap)
                 velocity.append(v + a * dt + d * k.free_gained)
-                moved.append((v + 0.5 * a * dt) * dt + d * k.free_moved)
-        return velocity, moved, k.decay
+                shift.append((v + 0.5 * a * dt) * dt + d * k.free_moved)
+        return velocity, shift, decay
 
     def advance(self, x: Floats, u: Floats, dt: float) -> list[float]:
         """State after ``dt`` seconds of constant command.
@@ -176,42 +197,54 @@ class MotionModel:
         Returns:
             State (14) as a list: scalar arithmetic is what makes a 500 Hz tick cheap.
         """
+        (vx, vy, w), (sx, sy, turn), decay = self._shift(x, u, dt)
+        px, py, heading, _, _, _, dx, dy, dw, bg, bax, bay, gx, gy = x
+        middle = heading + 0.5 * turn
+        c, s = math.cos(middle), math.sin(middle)
+        px, py, heading = px + c * sx - s * sy, py + s * sx + c * sy, heading + turn
+        dx, dy, dw = dx * decay, dy * decay, dw * decay
+        return [px, py, heading, vx, vy, w, dx, dy, dw, bg, bax, bay, gx, gy]
+
+    def advance_with_jacobian(self, x: Floats, u: Floats, dt: float) -> tuple[list[float], Array]:
+        """State after ``dt``, see `advance`, and its derivative in the state, (14, 14)."""
+        free = tuple(abs(u[i] - x[3 + i]) <= self._reach[i] for i in (0, 1, 2))
+        known = self._axes.get((dt, free))
+        if known is None:
+            known = self._axes_for(dt, free)
+        f0, (mxv, mxd), (myv, myd), (mwv, mwd) = known
         velocity, (sx, sy, turn), decay = self._shift(x, u, dt)
         middle = x[2] + 0.5 * turn
         c, s = math.cos(middle), math.sin(middle)
-        return [
-            x[0] + c * sx - s * sy,
-            x[1] + s * sx + c * sy,
-            x[2] + turn,
-            *velocity,
-            x[6] * decay,
-            x[7] * decay,
-            x[8] * decay,
-            *x[9:],
-        ]
+        dx, dy = c * sx - s * sy, s * sx + c * sy
+        hx, hy = -0.5 * dy, 0.5 * dx  # d(x, y) by d(turn)
+        f = f0.copy()
+        f[:2, 2:9] = (
+            (-dy, c * mxv, -s * myv, hx * mwv, c * mxd, -s * myd, hx * mwd),
+            (dx, s * mxv, c * myv, hy * mwv, s * mxd, c * myd, hy * mwd),
+        )
+        after = [x[0] + dx, x[1] + dy, x[2] + turn, *velocity]
+        after += [x[6] * decay, x[7] * decay, x[8] * decay, *x[9:]]
+        return after, f
 
     def jacobian(self, x: Floats, u: Floats, dt: float) -> Array:
         """Derivative of `advance` in the state, (14, 14)."""
-        k, reach = self._for(dt), self._reach
-        free = (1.0 - k.gone, k.lost, k.gained, k.moved)
-        saturated = (1.0, dt, k.free_gained, k.free_moved)
-        # per axis: v' by v, moved by v, v' by d, moved by d
-        exx, mxv, gx, mxd = free if abs(u[0] - x[3]) <= reach[0] else saturated
-        eyy, myv, gy, myd = free if abs(u[1] - x[4]) <= reach[1] else saturated
-        eww, mwv, gw, mwd = free if abs(u[2] - x[5]) <= reach[2] else saturated
-        _, (sx, sy, turn), decay = self._shift(x, u, dt)
-        middle = x[2] + 0.5 * turn
-        c, s = math.cos(middle), math.sin(middle)
-        across, along = -(s * sx + c * sy), c * sx - s * sy  # d(x, y) by d(middle heading)
+        return self.advance_with_jacobian(x, u, dt)[1]
+
+    def _axes_for(self, dt: float, free: tuple[bool, ...]) -> _Axes:
+        """The Jacobian but for the rows of x and y, and what displacement owes to v and d."""
+        k = self._for(dt)
         f = np.eye(SIZE)
-        f[_ROWS, _COLUMNS] = (
-            *(across, c * mxv, -s * myv, 0.5 * across * mwv),
-            *(c * mxd, -s * myd, 0.5 * across * mwd),
-            *(along, s * mxv, c * myv, 0.5 * along * mwv),
-            *(s * mxd, c * myd, 0.5 * along * mwd),
-            *(mwv, mwd, exx, eyy, eww, gx, gy, gw, decay, decay, decay),
-        )
-        return f
+        moved = []
+        for i, unlimited in enumerate(free):
+            f[3 + i, 3 + i] = 1.0 - k.gone if unlimited else 1.0
+            f[3 + i, 6 + i] = k.gained if unlimited else k.free_gained
+            f[6 + i, 6 + i] = k.decay
+            moved.append((k.lost, k.moved) if unlimited else (dt, k.free_moved))
+        f[2, 5], f[2, 8] = moved[2]
+        if len(self._axes) >= _KEPT:
+            self._axes.clear()
+        axes = self._axes[dt, free] = (f, moved[0], moved[1], moved[2])
+        return axes
 
     def process_noise(self, heading: float, dt: float, scale: float = 1.0) -> Array:
         """Covariance (14, 14) that the random disturbance adds in ``dt``.
@@ -231,14 +264,16 @@ class MotionModel:
                 self._noises.clear()
             body = self._noises[key] = self._noise_in_B(*key)
         c, s = math.cos(heading), math.sin(heading)
-        turn = np.array(((c, -s), (s, c)))
-        q = body.copy()
-        q[:2] = turn @ body[:2]
-        q[:, :2] = q[:, :2] @ turn.T
+        full, (x, y), (xv, yv), (xd, yd) = body
+        q = full.copy()
+        pose = (c * c * x + s * s * y, c * s * (x - y), c * s * (x - y), s * s * x + c * c * y)
+        speed = (c * xv, -s * yv, s * xv, c * yv)
+        push = (c * xd, -s * yd, s * xd, c * yd)
+        q[_NOISE_ROWS, _NOISE_COLUMNS] = (*pose, *speed, *push, *speed, *push)
         return q
 
-    def _noise_in_B(self, dt: float, scale: float) -> Array:
-        """The same at heading zero."""
+    def _noise_in_B(self, dt: float, scale: float) -> _Noise:
+        """The same at heading zero, and of x, y: with itself, with its speed, its disturbance."""
         q = np.zeros((SIZE, SIZE))
         chain = np.array(
             (
@@ -253,4 +288,5 @@ class MotionModel:
         q[9, 9] = self.gyro_bias_walk**2 * dt
         q[10, 10] = q[11, 11] = self.accel_bias_walk**2 * dt
         q[12, 12] = q[13, 13] = self.tilt_walk**2 * dt
-        return q
+        x, y, (xv, yv), (xd, yd) = q[0, 0], q[1, 1], (q[0, 3], q[1, 4]), (q[0, 6], q[1, 7])
+        return q, (float(x), float(y)), (float(xv), float(yv)), (float(xd), float(yd))

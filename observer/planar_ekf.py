@@ -11,7 +11,6 @@ column would silently broadcast with a measurement of length 3.
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter
@@ -22,6 +21,7 @@ from observer.filter_options import MODES, ODOMETRY_UPDATES, FilterOptions
 from observer.modes import Mode, ModeState
 from observer.motion_model import SIZE, MotionModel
 from observer.sensor_models import ImuModel, OdometryModel, SpeedModel, pose_residual, truncated
+from observer.update import nis3, update3
 from services.messages import Array
 
 MOST = 1e6
@@ -63,6 +63,7 @@ class PlanarEKF(ExtendedKalmanFilter):
         self.commands = CommandHistory()
         self._odometry_R, self._imu_R = odometry.covariance(), imu.covariance()
         self._speed_R = speed.covariance()
+        self._coarse = tuple((100.0 * q) ** 2 for q in odometry.resolution)
         self._switches = self.options.modes == "switch"
         self._dt = 0.0
 
@@ -84,7 +85,7 @@ class PlanarEKF(ExtendedKalmanFilter):
         new.x[9:] = before.x[9:]
         new.P[9:, 9:] = before.P[9:, 9:]
         gated = before.odometry_gated, before.imu_gated
-        return replace(new, odometry_gated=gated[0], imu_gated=gated[1])
+        return new._replace(odometry_gated=gated[0], imu_gated=gated[1])
 
     def fuse(self, before: Belief, event: Event) -> Belief:
         """Belief after a measurement that was sampled at or after ``before.t``."""
@@ -103,8 +104,9 @@ class PlanarEKF(ExtendedKalmanFilter):
     # -- one measurement --------------------------------------------------------------------
 
     def predict_x(self, u: Command = (0.0, 0.0, 0.0)) -> None:
-        """Advance the state by the model (filterpy's own is linear)."""
-        self.x = np.array(self.motion.advance(self.x.tolist(), u, self._dt))
+        """Advance the state by the model (filterpy's own is linear); F at the old state."""
+        x, self.F = self.motion.advance_with_jacobian(self.x.tolist(), u, self._dt)
+        self.x = np.array(x)
 
     def _predict_to(
         self, start: float, end: float, before: Belief, factor: float | None = None
@@ -117,14 +119,12 @@ class PlanarEKF(ExtendedKalmanFilter):
             self._dt = duration / n
             for _ in range(n):
                 scale = before.mode.scale(start, u, self.options) if factor is None else factor
-                x = self.x.tolist()
-                self.F = self.motion.jacobian(x, u, self._dt)
-                self.Q = self.motion.process_noise(x[2], self._dt, scale)
+                self.Q = self.motion.process_noise(float(self.x[2]), self._dt, scale)
                 self.predict(u)
                 start += self._dt
 
     def _nis(self) -> float:
-        return min(float(self.y @ self.SI @ self.y), MOST)
+        return min(nis3(self.S, self.y), MOST)
 
     def _fuse_imu(self, before: Belief, event: Event) -> Belief:
         opt = self.options
@@ -136,24 +136,21 @@ class PlanarEKF(ExtendedKalmanFilter):
         while True:
             self.x, self.P = before.x, before.P
             self._predict_to(before.t, event.t, before, factor)
-            x, P = self.x, self.P
-            self.update(
-                event.z, self.imu.jacobian, self.imu.expect, R=self._imu_R, args=(u,), hx_args=(u,)
-            )
-            nis = self._nis()
+            expected, H = self.imu.expect_with_jacobian(self.x.tolist(), u)
+            self.y = event.z - expected
+            x, P, nis, self.S = update3(self.x, self.P, self.y, H, self._imu_R)
             if factor is not None or not self._switches or not mode.surprised(event.t, nis, opt):
                 break
             mode, factor = mode.disturbed(event.t, opt), opt.alert_factor
         refused = nis > opt.imu_gate
         if refused:
-            self.x, self.P = x, P
-        return replace(
-            before,
+            x, P = self.x, self.P
+        return before._replace(
             t=event.t,
-            x=self.x,
-            P=self.P,
+            x=x,
+            P=P,
             imu_innovation=self.y,
-            imu_nis=nis,
+            imu_nis=min(nis, MOST),
             imu_refused=before.imu_refused + 1 if refused else 0,
             imu_gated=before.imu_gated + refused,
             mode=mode,
@@ -172,8 +169,7 @@ class PlanarEKF(ExtendedKalmanFilter):
             slip_until = event.t + self.options.slip_report
         still = bool(np.abs(event.z).max() < 1e-9)
         since, mode = self._at_rest(before, event.t, still and not refused)
-        return replace(
-            before,
+        return before._replace(
             t=event.t,
             x=self.x,
             P=self.P,
@@ -193,7 +189,6 @@ class PlanarEKF(ExtendedKalmanFilter):
         if interval:  # needs of the Kalman update only what the gate asks for
             self.y = pose_residual(event.z, x[:3])
             self.S = P[:3, :3] + self._odometry_R
-            self.SI = np.linalg.inv(self.S)
         else:
             self.update(
                 event.z,
@@ -226,8 +221,7 @@ class PlanarEKF(ExtendedKalmanFilter):
             r[2] + 1 if same[2] else 0,
         )
         since, mode = self._at_rest(before, event.t, all(repeats) and not refused)
-        return replace(
-            before,
+        return before._replace(
             t=event.t,
             x=self.x,
             P=self.P,
@@ -244,7 +238,8 @@ class PlanarEKF(ExtendedKalmanFilter):
 
     def _rounding_matters(self, P: Array) -> bool:
         """Far above the resolution both updates agree, and filterpy's Joseph form is the safer."""
-        return all(P[i, i] < (100.0 * q) ** 2 for i, q in enumerate(self.odometry.resolution))
+        a, b, c = self._coarse
+        return bool(P[0, 0] < a and P[1, 1] < b and P[2, 2] < c)
 
     def _at_rest(self, before: Belief, t: float, still: bool) -> tuple[float, ModeState]:
         """Take in that the wheels were ``still``: since when they are, and the mode after it."""

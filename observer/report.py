@@ -103,6 +103,10 @@ def reasons(
     Returns:
         (valid, text); what makes it invalid comes first. Empty text: nothing to say.
     """
+    fine = sigma[0] <= limits.position and sigma[1] <= limits.heading
+    fresh = odometry_age <= limits.odometry_late and imu_age <= limits.imu_late
+    if fine and fresh and not (slip or jumped):
+        return True, ""
     bad, note = [], []
     if jumped:
         bad.append("pose was reset")

@@ -29,9 +29,9 @@ _H_POSE = np.eye(3, SIZE)
 _H_POSE.setflags(write=False)
 _H_SPEED = np.eye(3, SIZE, 3)
 _H_SPEED.setflags(write=False)
-# where the Jacobian of the inertial unit is not zero, in the order in which it is filled
-_IMU_ROWS = np.array([0] * 2 + [1] * 9 + [2] * 9)
-_IMU_COLUMNS = np.array([5, 9, *(3, 4, 5, 6, 8, 10, 2, 12, 13), *(3, 4, 5, 7, 8, 11, 2, 12, 13)])
+_H_IMU = np.zeros((3, SIZE))
+_H_IMU[0, 5] = _H_IMU[0, 9] = _H_IMU[1, 10] = _H_IMU[2, 11] = 1.0
+_H_IMU.setflags(write=False)
 
 
 def wrap(angle: float) -> float:
@@ -143,31 +143,32 @@ class ImuModel:
 
     def expect(self, x: Floats, u: Floats) -> Array:
         """Measurement (gyro z, accel x, accel y) in state (14) under command (3)."""
-        ax, ay, aw = self.motion.acceleration(x, u)
-        vx, vy, w, gx, gy = x[3], x[4], x[5], x[12], x[13]
-        rx, ry = self.position
-        c, s = math.cos(x[2]), math.sin(x[2])
-        return np.array(
-            [
-                w + x[9],
-                ax - w * vy - aw * ry - w * w * rx + x[10] + c * gx + s * gy,
-                ay + w * vx + aw * rx - w * w * ry + x[11] - s * gx + c * gy,
-            ]
-        )
+        return self.expect_with_jacobian(x, u)[0]
 
     def jacobian(self, x: Floats, u: Floats) -> Array:
         """Derivative of `expect` in the state, (3, 14)."""
+        return self.expect_with_jacobian(x, u)[1]
+
+    def expect_with_jacobian(self, x: Floats, u: Floats) -> tuple[Array, Array]:
+        """Measurement expected (3) and its derivative in the state (3, 14)."""
+        ax, ay, aw = self.motion.acceleration(x, u)
         kx, ky, kw = self.motion.slopes(x, u)
         vx, vy, w, gx, gy = x[3], x[4], x[5], x[12], x[13]
         rx, ry = self.position
         c, s = math.cos(x[2]), math.sin(x[2])
-        h = np.zeros((3, SIZE))
-        h[_IMU_ROWS, _IMU_COLUMNS] = (
-            *(1.0, 1.0),
-            *(kx, -w, -vy - kw * ry - 2.0 * w * rx, 1.0, -ry, 1.0, c * gy - s * gx, c, s),
-            *(w, ky, vx + kw * rx - 2.0 * w * ry, 1.0, rx, 1.0, -s * gy - c * gx, -s, c),
+        leak_x, leak_y = c * gx + s * gy, c * gy - s * gx
+        expected = (
+            w + x[9],
+            ax - w * vy - aw * ry - w * w * rx + x[10] + leak_x,
+            ay + w * vx + aw * rx - w * w * ry + x[11] + leak_y,
         )
-        return h
+        h = _H_IMU.copy()
+        h[1:, 2:9] = (
+            (leak_y, kx, -w, -vy - kw * ry - 2.0 * w * rx, 1.0, 0.0, -ry),
+            (-leak_x, w, ky, vx + kw * rx - 2.0 * w * ry, 0.0, 1.0, rx),
+        )
+        h[1:, 12:] = ((c, s), (-s, c))
+        return np.array(expected), h
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,7 @@ from observer.logs.recording import Recording, Samples
 from observer.metrics import nees
 from observer.observer_options import ObserverOptions, make_filter
 from observer.sensor_models import reading_in_B, rotation_of
+from observer.update import nis3
 from observer.wheel_scale import WheelScale
 from services.messages import Array
 
@@ -129,7 +130,7 @@ def innovations(
         delayed.settle()
         if afresh and event.sensor == ODOMETRY:
             continue  # it set the pose; there was nothing to compare it with
-        nis = float(ekf.y @ ekf.SI @ ekf.y)
+        nis = nis3(ekf.S, ekf.y)
         gate = gates.imu_gate if event.sensor == IMU else gates.odometry_gate
         rows[event.sensor].append((event.t, ekf.y.copy(), ekf.S.copy(), nis > gate))
     return {

@@ -6,12 +6,14 @@ import math
 
 import numpy as np
 import pytest
+from filterpy.kalman import ExtendedKalmanFilter
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from observer.commands import CommandHistory
 from observer.motion_model import SIZE, MotionModel
 from observer.sensor_models import ImuModel, OdometryModel, truncated, wrap
+from observer.update import update3
 
 MODEL = MotionModel(0.15, (1.5, 1.5, 3.0), (0.075, 0.075, 0.15))
 IMU = ImuModel(MODEL, (0.2, 0.05), 1e-3, 0.03)
@@ -150,3 +152,21 @@ def test_rounding_as_noise() -> None:
     """R of rounded odometry is q^2 / 12, plus what noise there is before rounding."""
     r = OdometryModel((0.001, 0.001, 0.002), (0.0, 0.001, 0.0)).covariance()
     np.testing.assert_allclose(np.diag(r), [1e-6 / 12, 1e-6 / 12 + 1e-6, 4e-6 / 12])
+
+
+@given(seed=st.integers(0, 2**32 - 1))
+def test_update_equals_that_of_filterpy(seed: int) -> None:
+    """State and covariance are those of filterpy's Joseph form; the covariance is symmetric."""
+    rng = np.random.default_rng(seed)
+    root, spread = rng.normal(size=(SIZE, SIZE)), np.diag(rng.uniform(1e-3, 1.0, 3))
+    P, H, R = root @ root.T, rng.normal(size=(3, SIZE)), spread @ spread
+    x, z = rng.normal(size=SIZE), rng.normal(size=3)
+    other = ExtendedKalmanFilter(dim_x=SIZE, dim_z=3)
+    other.x, other.P = x, P
+    other.update(z, lambda x: H, lambda x: H @ x, R=R)
+    got_x, got_P, nis, S = update3(x, P, z - H @ x, H, R)
+    np.testing.assert_allclose(got_x, other.x, atol=1e-8 * np.abs(other.x).max())
+    np.testing.assert_allclose(got_P, other.P, atol=1e-8 * np.abs(P).max())
+    np.testing.assert_array_equal(got_P, got_P.T)
+    np.testing.assert_allclose(S, other.S)
+    np.testing.assert_allclose(nis, other.y @ other.SI @ other.y, rtol=1e-6)
