@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import Field
 
@@ -53,6 +53,12 @@ class Platform(Strict):
     [m/s^2, m/s^2, rad/s^2] ..."""
     disturbance_time: Positive = 0.3
     """... and its correlation time [s]."""
+    drive: Literal["holonomic", "differential"] = "holonomic"
+    """A differential drive cannot move sideways, but turns on the spot."""
+    radius: Positive = 0.31
+    """Of the circle around the middle of B that holds all of the platform [m]."""
+    jerk_limit: tuple[Positive, Positive, Positive] = (8.0, 8.0, 16.0)
+    """Of what the drive is commanded [m/s^3, m/s^3, rad/s^3]."""
 
 
 class Odometry(Strict):
@@ -83,6 +89,46 @@ class Imu(Strict):
     """R_BI as roll, pitch, yaw: turns what it reads into B [rad]."""
 
 
+class Laser(Strict):
+    """A planar laser scanner; its axes are those of B."""
+
+    rate: Positive
+    delay: NonNegative
+    position: tuple[float, float]
+    """p_BL along x and y of B [m]."""
+    field_of_view: Positive
+    """Symmetric about x of B [rad]; a full turn has no beam twice."""
+    increment: Positive
+    """Between beams [rad]."""
+    farthest: Positive
+    """[m]"""
+    noise: NonNegative
+    """Of a range, standard deviation [m]."""
+
+
+class Bumper(Strict):
+    """A ring of switches around the platform."""
+
+    rate: Positive
+    parts: Annotated[int, Field(ge=1, le=360)]
+    """Equal ones, the first with its middle straight ahead."""
+
+
+class Vision(Strict):
+    """A camera that finds named objects; deviations are ``noise + noise_per_metre * distance``."""
+
+    rate: Positive
+    delay: NonNegative
+    farthest: Positive
+    """[m]"""
+    field_of_view: Positive
+    """Full angle about x of B [rad]."""
+    noise: tuple[NonNegative, NonNegative]
+    """Standard deviation of position [m] and rotation [rad] at distance zero."""
+    noise_per_metre: tuple[NonNegative, NonNegative]
+    """What each metre of distance adds [m/m], [rad/m]."""
+
+
 class LoadCell(Strict):
     """Six-axis wrist sensor; noise per 1 kHz sample."""
 
@@ -104,6 +150,10 @@ class Robot(MobileBase):
     arm: Arm
     pen: Pen
     load_cell: LoadCell
+    laser: Laser | None = None
+    """None: the robot has none, and so with the others."""
+    bumper: Bumper | None = None
+    vision: Vision | None = None
 
 
 def load_robot(name: str) -> Robot:

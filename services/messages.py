@@ -31,14 +31,17 @@ __all__ = [
     "BadMessage",
     "BaseCommand",
     "BaseStatus",
+    "Bumper",
     "Clock",
     "Estimate",
     "Health",
     "Imu",
     "Message",
     "Odometry",
+    "Scan",
     "Tick",
     "Truth",
+    "Vision",
     "check",
 ]
 
@@ -53,15 +56,18 @@ class BadMessage(ValueError):
 
 @dataclass(frozen=True)
 class Spec:
-    """What a field may hold: array shape (None for a scalar), unit and inclusive range."""
+    """What a field may hold: array shape (None for a scalar), unit and inclusive range.
 
-    shape: tuple[int, ...] | None
+    A dimension of None is of any length, nothing included.
+    """
+
+    shape: tuple[int | None, ...] | None
     unit: str
     lo: float
     hi: float
 
 
-def array(*shape: int, unit: str, lo: float = -1e9, hi: float = 1e9) -> Any:
+def array(*shape: int | None, unit: str, lo: float = -1e9, hi: float = 1e9) -> Any:
     """Declare an array field of the given shape, unit and range."""
     return field(metadata={"spec": Spec(shape, unit, lo, hi)})
 
@@ -137,6 +143,45 @@ class BaseCommand(Message):
     """Platform velocity V_OB_B after arbitration: vx, vy [m/s], yaw rate [rad/s]."""
 
     velocity: Array = array(3, unit="m/s, m/s, rad/s", lo=-10, hi=10)
+    planned: Array = field(
+        default_factory=lambda: np.zeros((0, 3)),
+        metadata={"spec": Spec((None, 3), "m/s, m/s, rad/s", -10, 10)},
+    )
+    """V_OB_B that the base means to command at its next steps, first to last; may be empty."""
+
+
+@_message
+class Scan(Message):
+    """Ranges of the planar laser, sampled together at ``t``, counter-clockwise."""
+
+    start: float = number("rad", -7, 7)
+    """Bearing of the first beam in the laser's frame, of which the axes are those of B."""
+    increment: float = number("rad", 0, 7)
+    ranges: Array = array(None, unit="m", lo=0, hi=1000)
+    """From the laser's origin (robot.toml, ``[laser]``); ``farthest`` where nothing is seen."""
+    farthest: float = number("m", 0, 1000)
+
+
+@_message
+class Bumper(Message):
+    """Which parts of the ring of bumpers are pressed."""
+
+    pressed: Array = array(None, unit="rad", lo=-7, hi=7)
+    """Bearings in B of the middles of the pressed parts; empty if none is."""
+
+
+@_message
+class Vision(Message):
+    """Pose of a named object in B, as a camera saw it at ``t``."""
+
+    p: Array = array(3, unit="m", lo=-100, hi=100)
+    """p_BX."""
+    R: Array = array(3, 3, unit="1", lo=-1.001, hi=1.001)
+    """R_BX."""
+    covariance: Array = array(6, 6, unit="m^2, rad^2")
+    """Of position and of a small rotation, both along axes of B."""
+    name: str = ""
+    """Of the object X."""
 
 
 @_message
@@ -238,6 +283,8 @@ class Truth(Message):
     """Tip [m] and force [N] at the last five ticks of 1 ms, oldest first."""
     disturbances: list[str] = field(default_factory=list)
     """Names of the disturbances acting at ``t``."""
+    clearance: float = number("m", -1e3, 1e3, default=1e3)
+    """From the platform's edge to the nearest obstacle; negative where they overlap."""
 
 
 @_message
@@ -355,11 +402,21 @@ def _array(kind: type[Message], name: str, spec: Spec, value: Any) -> Array:
         out = np.array(value, dtype=np.float64)
     except (TypeError, ValueError):
         raise BadMessage("type", f"{kind.__name__}.{name} is not numeric") from None
-    if out.shape != spec.shape:
+    if spec.shape is None or not _fits(out.shape, spec.shape):
         raise BadMessage("shape", f"{kind.__name__}.{name} is {out.shape}, not {spec.shape}")
+    if out.size == 0:
+        return out.reshape([n or 0 for n in spec.shape])
     lo, hi = float(out.min()), float(out.max())  # NaN if anything is
     if not (math.isfinite(lo) and math.isfinite(hi)):
         raise BadMessage("non-finite", f"{kind.__name__}.{name}")
     if lo < spec.lo or hi > spec.hi:
         raise BadMessage("range", f"{kind.__name__}.{name} leaves {spec.lo}..{spec.hi} {spec.unit}")
     return out
+
+
+def _fits(shape: tuple[int, ...], asked: tuple[int | None, ...]) -> bool:
+    if shape == (0,) and None in asked:  # an empty list does not tell its other dimensions
+        return True
+    return len(shape) == len(asked) and all(
+        a in (None, n) for n, a in zip(shape, asked, strict=True)
+    )

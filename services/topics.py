@@ -48,6 +48,9 @@ ARM_STATE = Topic("robot/arm_state", m.ArmState, "sim", 1000, 0.05, control=True
 CLOCK = Topic("robot/clock", m.Clock, "sim", 200, 0.5, control=True, log_rate=5)
 ODOMETRY = Topic("robot/odometry", m.Odometry, "sim", 20, 0.5, control=True, depth=64)
 IMU = Topic("robot/imu", m.Imu, "sim", 100, 0.1, control=True, depth=256)
+SCAN = Topic("robot/scan", m.Scan, "sim", 10, 0.3, depth=4)
+BUMPER = Topic("robot/bumper", m.Bumper, "sim", 50, 0.2)
+VISION = Topic("robot/vision", m.Vision, "sim", 30, 0.5, depth=16)
 ARM_COMMAND = Topic("arm/command", m.ArmCommand, "arm", 1000, 0.05, control=True, log_rate=200)
 BASE_COMMAND = Topic("base/command", m.BaseCommand, "base", 20, 0.1, control=True, depth=8)
 ESTIMATE = Topic("observer/estimate", m.Estimate, "observer", 500, 0.05, control=True, log_rate=200)
@@ -63,6 +66,9 @@ _ALL: tuple[Topic[Any], ...] = (
     CLOCK,
     ODOMETRY,
     IMU,
+    SCAN,
+    BUMPER,
+    VISION,
     ARM_COMMAND,
     BASE_COMMAND,
     ESTIMATE,
