@@ -53,6 +53,11 @@ class Platform(Strict):
     [m/s^2, m/s^2, rad/s^2] ..."""
     disturbance_time: Positive = 0.3
     """... and its correlation time [s]."""
+
+
+class Chassis(Strict):
+    """What of the platform only its own control asks for."""
+
     drive: Literal["holonomic", "differential"] = "holonomic"
     """A differential drive cannot move sideways, but turns on the spot."""
     radius: Positive = 0.31
@@ -150,6 +155,7 @@ class Robot(MobileBase):
     arm: Arm
     pen: Pen
     load_cell: LoadCell
+    chassis: Chassis = Chassis()
     laser: Laser | None = None
     """None: the robot has none, and so with the others."""
     bumper: Bumper | None = None
