@@ -17,6 +17,7 @@ from arm.control import LowPass
 from arm.control.objective import smooth
 from arm.control.priority import priorities
 from arm.control.torque_law import Gains, TorqueLaw
+from arm.ground_work import GroundWork
 from arm.hds import ABORT, Automaton, Program
 from arm.limits import Limits
 from arm.model import ArmModel
@@ -105,6 +106,7 @@ class Executive:
         self._start_control = False
         self._resync = False
         self._station_lost = False
+        self._work = GroundWork(self.model)
 
     # --- requests: each raises ValueError with the reason when it cannot be granted -----------
 
@@ -533,6 +535,10 @@ class Executive:
                 "safe_hold", f"near a singular posture: manipulability {manipulability:.3f}"
             )
 
+    def _pressing(self) -> bool:
+        """Whether a node of a running program is at work on the board."""
+        return self.state == "running" and self._node is not None and self._node.pressing
+
     def _touching(self) -> bool:
         """Whether the tool may be in contact."""
         pressing = self._control is not None and self._control.pressing
@@ -580,4 +586,7 @@ class Executive:
             joint_margin=self._limits.joint_margin,
             goal_number=0 if self._goal is None else self._goals,
             goal=np.zeros(3) if self._goal is None else self._goal,
+            **self._work.of(
+                now, self._last, self._pressing(), self._R_OS, self._p_OS, self._reference
+            ),
         )

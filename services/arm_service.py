@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -36,10 +37,12 @@ class ArmService:
         "event",
     )
 
-    def __init__(self, scenario: Scenario, live: bool, restarted: bool) -> None:
+    def __init__(self, scenario: Scenario, live: bool, restarted: bool, seed: int = 0) -> None:
         self._executive = Executive(scenario.robot, scenario.task.board)
         path = scenario.program_path()
         self._program: Program | None = load(path, REGISTRY) if path else None
+        if self._program is not None and scenario.task.shape_by_seed:
+            self._program = shaped(self._program, seed + 1)
         self._start_at = scenario.task.start_at
         # live, the supervisor starts the program, once every service is there
         self._waiting = scenario.task.autostart and self._program is not None and not live
@@ -107,3 +110,14 @@ class ArmService:
     def state(self) -> tuple[str, str]:
         """State and reason of the executive."""
         return self._executive.state, self._executive.reason
+
+
+def shaped(program: Program, shape: int) -> Program:
+    """The same program, with parameter ``Shape`` of every node that has one set to ``shape``."""
+    nodes = {
+        name: replace(node, parameters={**node.parameters, "Shape": shape})
+        if "Shape" in node.parameters
+        else node
+        for name, node in program.nodes.items()
+    }
+    return replace(program, nodes=nodes)

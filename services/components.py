@@ -48,5 +48,5 @@ def build_service(
     if name == "arm":
         from services.arm_service import ArmService
 
-        return ArmService(scenario, live, restarted)
+        return ArmService(scenario, live, restarted, seed)
     raise ValueError(f"unknown service {name!r}. Known: {', '.join(SERVICES)}")

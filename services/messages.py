@@ -248,6 +248,24 @@ class ArmStatus(Message):
         default_factory=lambda: np.zeros(3), metadata={"spec": Spec((3,), "m, m, rad", -1e5, 1e5)}
     )
     """Where the program asks the platform to be: X_OB."""
+    anchored: bool = False
+    """The tool is at work on something that stands on the ground, at ``tool``."""
+    tool: Array = field(
+        default_factory=lambda: np.zeros(3), metadata={"spec": Spec((3,), "m", -1e5, 1e5)}
+    )
+    """Where it is meant to be at ``t``: p_OT [m]."""
+    tool_velocity: Array = field(
+        default_factory=lambda: np.zeros(3), metadata={"spec": Spec((3,), "m/s", -100, 100)}
+    )
+    """And where it goes from there, the derivative of ``tool`` [m/s]."""
+    facing: float = number("rad", -10, 10, default=0.0)
+    """Heading with which the platform looks square onto what the tool works on."""
+    speed_margin: float = number("1", 0.0, 1.0, default=1.0)
+    """Share of its speed limit that the joint nearest to its own has left."""
+    reaction: Array = field(
+        default_factory=lambda: np.zeros(3), metadata={"spec": Spec((3,), "N, N m", -1e4, 1e4)}
+    )
+    """Force and moment F_B of the moving arm on the platform in O, mean since the last status."""
 
 
 @_message
