@@ -30,6 +30,7 @@ PERIOD = 0.05
 """Time between steps [s]."""
 AGE_LIMIT = 0.05
 """Age beyond which an estimate is not driven on [s]."""
+_ROLLING = np.array([1.0, 0.0, 1.0])  # what a differential drive can do of V_OB_B
 
 
 class Platform:
@@ -185,7 +186,10 @@ class Platform:
                 vote = behaviour.vote(now, senses)
                 if not np.isfinite(vote.velocity).all():
                     vote, reason = STOP, f"{behaviour.name} asked for a velocity that is no number"
+                if self._differential:  # what is not possible shall not weigh on what is
+                    vote = replace(vote, velocity=vote.velocity * _ROLLING)
                 votes[behaviour.name] = vote
+            reason = reason or votes[main.name].reason
             state = main.state
         chosen = self._arbiter.choose(now, votes)
         shown = {name: [*map(float, v.velocity), float(v.weight)] for name, v in votes.items()}

@@ -93,7 +93,7 @@ class TurnDriveTurn:
 
 
 def range_and_bearing(goal: Array, pose: Array) -> tuple[float, float]:
-    """Distance of a goal (2,) or (3,) in O from a pose (3,) [m], and its bearing from ahead [rad]."""
+    """Distance [m] of a goal (3,) from a pose (3,), both in O, and its bearing from ahead [rad]."""
     ahead = np.array([goal[0], goal[1], 0.0])
     error = difference(ahead, np.array([pose[0], pose[1], 0.0]))
     bearing = wrap(math.atan2(error[1], error[0]) - float(pose[2]))

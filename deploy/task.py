@@ -135,7 +135,7 @@ class BaseTask(Documented):
     origin: Pose2 | None = None
     """For follow_path: X_OB that the path starts from; if not given, where the platform is then."""
     program: str = ""
-    """For program: name of one in base/programs (``approach.hds``) or a path beside the scenario."""
+    """For program: one in base/programs (``approach.hds``), or a path beside the scenario."""
     object: Pose2 | None = None
     """For program: its frame ``object``, whose x axis points out of the object's front."""
     start_at: NonNegative = 0.0
