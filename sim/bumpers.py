@@ -41,11 +41,11 @@ class BumperSensor:
         self._count = bumper.parts
         self._reach = radius + TRAVEL
         self._obstacles = obstacles
-        self._channel: Channel[Bumper] = Channel("bumper", bumper.rate, 0.0, dropout, rng)
+        self.channel: Channel[Bumper] = Channel("bumper", bumper.rate, 0.0, dropout, rng)
 
     def step(self, now: float, pose: Array, effects: Effects) -> list[Bumper]:
         """Messages arriving at ``now`` [s]; ``pose`` is X_WB as (x, y, heading)."""
-        return self._channel.step(now, effects, lambda: self._sample(now, pose))
+        return self.channel.step(now, effects, lambda: self._sample(now, pose))
 
     def _sample(self, now: float, pose: Array) -> Bumper:
         pressed: list[float] = []

@@ -144,7 +144,9 @@ class KinematicRobot:
             The estimate of ``now``, and the newest scan and bumper message that have arrived by
             then, None before the first and from a robot without the sensor.
         """
-        wanted = [clamp(float(c), m) for c, m in zip(command, self._platform.speed_limit)]
+        wanted = [
+            clamp(float(c), m) for c, m in zip(command, self._platform.speed_limit, strict=True)
+        ]
         if self._chassis.drive == "differential":
             wanted[1] = 0.0
         if self._now is None:

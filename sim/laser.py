@@ -48,16 +48,17 @@ class LaserSensor:
         count = round(laser.field_of_view / laser.increment) + (0 if turn else 1)
         self._start = -0.5 * laser.increment * (count - (0 if turn else 1))
         self._bearings = self._start + laser.increment * np.arange(count)
-        self._channel: Channel[Scan] = Channel("laser", laser.rate, laser.delay, dropout, rng)
+        self.channel: Channel[Scan] = Channel("laser", laser.rate, laser.delay, dropout, rng)
 
     def step(self, now: float, pose: Array, effects: Effects) -> list[Scan]:
         """Messages arriving at ``now`` [s]; ``pose`` is X_WB as (x, y, heading)."""
-        return self._channel.step(now, effects, lambda: self._sample(now, pose, effects))
+        return self.channel.step(now, effects, lambda: self._sample(now, pose, effects))
 
     def _sample(self, now: float, pose: Array, effects: Effects) -> Scan:
         laser = self._laser
         noise = self._noise * effects.noise.get("laser", 1.0)
         drawn = self._rng.standard_normal(len(self._bearings))
+        ranges: Array
         if "laser" in effects.blinded:
             ranges = np.zeros(len(self._bearings))
         elif len(self._obstacles):
@@ -65,8 +66,8 @@ class LaserSensor:
             x, y = laser.position
             origin = np.array([pose[0] + c * x - s * y, pose[1] + s * x + c * y])
             true = self._obstacles.at(now).cast(origin, pose[2] + self._bearings, laser.farthest)
-            seen = np.clip(true + noise * drawn, 0.0, laser.farthest)
-            ranges = np.round(np.where(true < laser.farthest, seen, laser.farthest), DIGITS)
+            seen = (true + noise * drawn).clip(0.0, laser.farthest).round(DIGITS)
+            ranges = np.where(true < laser.farthest, seen, laser.farthest)
         else:
             ranges = np.full(len(self._bearings), laser.farthest)
         return Scan(

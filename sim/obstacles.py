@@ -39,7 +39,10 @@ class Obstacles:
         return len(self._specs)
 
     def at(self, t: float) -> Shapes:
-        """Their shapes in W at robot time ``t`` [s]: boxes and walls, pillars, movers."""
+        """Their shapes in W at robot time ``t`` [s]: boxes and walls, pillars, movers.
+
+        The movers among them go on when this is called again.
+        """
         if self._walks and t != self._now:
             self._now = t
             # the boxes have not moved: only the movers' middles are written anew

@@ -1,4 +1,4 @@
-"""Boxes and circles in the plane: where a ray ends, how far a point is away. No DART, all at once."""
+"""Boxes and circles in the plane: where a ray ends, how far a point is away. No DART."""
 
 from __future__ import annotations
 
