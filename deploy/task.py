@@ -173,6 +173,8 @@ class Task(Documented):
     """Set ``Shape`` of the program's nodes to the seed of the run, plus one."""
     board: BoardPose = BoardPose()
     """Where the board is believed to be: X_OS."""
+    watch_board: bool = False
+    """Follow the board by vision as odometry drifts against it."""
     base: BaseTask = BaseTask()
 
 

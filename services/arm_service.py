@@ -14,7 +14,7 @@ from arm.reachable import Reachability
 from deploy.task import find_program
 from deploy.tomlfile import BadFile
 from services.service import Inbox, Outbox, Reply, act_on
-from services.topics import ARM_COMMAND, ARM_STATE, ARM_STATUS, ESTIMATE, Topic
+from services.topics import ARM_COMMAND, ARM_STATE, ARM_STATUS, BOARD, ESTIMATE, Topic
 from sim.scenario import Scenario
 
 
@@ -23,7 +23,7 @@ class ArmService:
 
     name = "arm"
     period = 0.001
-    inputs: tuple[Topic, ...] = (ARM_STATE, ESTIMATE)
+    inputs: tuple[Topic, ...] = (ARM_STATE, ESTIMATE, BOARD)
     verbs: tuple[str, ...] = (
         "start",
         "pause",
@@ -58,6 +58,7 @@ class ArmService:
             return []
         self._t = state.t
         estimate = inbox.latest(ESTIMATE)
+        self._executive.see_board(inbox.latest(BOARD))
         command, status = self._executive.step(state, estimate)
         if self._waiting and now >= self._start_at and self._executive.sees:
             self._waiting = False

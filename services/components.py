@@ -40,7 +40,8 @@ def build_service(
     if name == "observer":
         from services.observer_service import ObserverService
 
-        return ObserverService(observer, scenario.robot)
+        watched = scenario.task.board if scenario.task.watch_board else None
+        return ObserverService(observer, scenario.robot, watched)
     if name == "base":
         from services.base_service import BaseService
 

@@ -20,8 +20,11 @@ M = TypeVar("M")
 DOF = 6  # joints of the arm
 PROGRAM_ENDED = ("finished", "protective_stop")
 """States of the arm in which its program is over."""
+BASE_ENDED = ("finished", "arrived", "aborted")
+"""States of the platform in which what it was to do is over."""
 
 __all__ = [
+    "BASE_ENDED",
     "DOF",
     "PROGRAM_ENDED",
     "ArmCommand",
@@ -31,6 +34,7 @@ __all__ = [
     "BadMessage",
     "BaseCommand",
     "BaseStatus",
+    "BoardEstimate",
     "Bumper",
     "Clock",
     "Estimate",
@@ -212,6 +216,26 @@ class Estimate(Message):
     valid: bool = True
     reason: str = ""
     """Why the estimate must not be used, or what was detected (for example ``slip``)."""
+
+
+@_message
+class BoardEstimate(Message):
+    """Where the observer believes the board to be in odometry's frame at instant ``t``."""
+
+    pose: Array = array(3, unit="m, m, rad", lo=-1e5, hi=1e5)
+    """X_OS in the plane: x, y of its origin [m], yaw as of ``task.board`` [rad]; without steps."""
+    velocity: Array = array(3, unit="m/s, m/s, rad/s", lo=-10, hi=10)
+    """The derivative of ``pose``: O drifts as the platform drives."""
+    covariance: Array = array(3, 3, unit="m^2, rad^2")
+    """Of what is believed, which ``pose`` follows."""
+    wheel_scale: float = number("1", 0.1, 10.0, default=1.0)
+    """Way that odometry reads over the way that was driven."""
+    age: float = number("s", 0.0, default=0.0)
+    """Of the newest sighting that was used."""
+    taken: int = 0
+    """Sightings used since the start, ..."""
+    refused: int = 0
+    """... and refused."""
 
 
 @_message
