@@ -225,7 +225,8 @@ class Platform:
     def _pace(self) -> Approach:
         """How fast a goal is approached."""
         speed, _, turn = self._description.speed_limit
-        return Approach(speed=min(0.5, speed), turn=min(0.8, turn))
+        gain = 2.0 if self._differential else 1.2
+        return Approach(speed=min(0.5, speed), turn=min(0.8, turn), gain=gain)
 
     def _refuse_too_fast(self, path: Path) -> None:
         horizon = min(path.duration, 60.0)

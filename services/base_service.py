@@ -25,10 +25,13 @@ class BaseService:
     name = "base"
     period = PERIOD
     inputs: tuple[Topic, ...] = (ESTIMATE, ARM_STATUS)
-    verbs: tuple[str, ...] = ("goal", "behaviour", "stop", "resume")
+    verbs: tuple[str, ...] = ("goal", "behaviour", "start", "abort", "event", "stop", "resume")
 
     def __init__(self, scenario: Scenario, restarted: bool) -> None:
-        self._platform = Platform(load_robot(scenario.robot), scenario.task.base, restarted)
+        self._task = scenario.task.base
+        self._platform = Platform(
+            load_robot(scenario.robot), self._task, restarted, scenario.path.parent
+        )
         self._arm_goal = ArmGoal(self._platform)
         self._status = m.BaseStatus(t=0.0)
         self._stopped_for_arm = False
@@ -72,23 +75,45 @@ class BaseService:
         self._platform.resume()
 
     def prepare(self, verb: str, args: dict[str, Any]) -> Callable[[], Reply]:
-        """``goal`` x, y, heading; ``behaviour`` and its options; ``stop``; ``resume``."""
+        """Goals, behaviours, programs, ``stop``, ``resume``.
+
+        ``goal`` x, y, heading; ``behaviour`` and its options; ``start`` a ``program`` by name or
+        path (or the task's own) with ``goal`` and ``object`` as in ``[task.base]`` (or the
+        task's); ``abort`` it; ``event`` name for a node that waits.
+        """
         platform = self._platform
         acts: dict[str, Callable[[], None]] = {
             "goal": lambda: platform.set_goal(**{k: float(v) for k, v in args.items()}),
-            "behaviour": lambda: platform.set_behaviour(**args),
+            "abort": lambda: platform.program.abort(),
+            "event": lambda: platform.program.signal(str(args.get("name", ""))),
             "stop": self._stop,
             "resume": self._resume,
         }
+        if verb == "behaviour":
+            acts[verb] = platform.prepare(**{"behaviour": "", **args})
+        if verb == "start":
+            acts[verb] = platform.prepare("program", **self._program(args))
         act = act_on(acts, verb)
 
         def answer() -> Reply:
             reply = act()
-            if reply.accepted and verb in ("goal", "behaviour") and self._platform.stopped:
+            if reply.accepted and verb in ("goal", "behaviour", "start") and self._platform.stopped:
                 return Reply(True, f"but the platform stands: {self._platform.stopped}")
             return reply
 
         return answer
+
+    def _program(self, args: dict[str, Any]) -> dict[str, Any]:
+        """Options of a program: those asked for, the task's own for the others."""
+        own = {
+            "program": self._task.program,
+            "goal": self._task.goal,
+            "object": self._task.object,
+        }
+        given = {k: v for k, v in own.items() if v not in (None, "")} | args
+        if not given.get("program"):
+            raise ValueError("the scenario has no program for the platform; name one")
+        return given
 
     def state(self) -> tuple[str, str]:
         """The behaviour in charge, and why it does not drive if it does not."""
