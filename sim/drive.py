@@ -18,6 +18,10 @@ BRAKE_LAG = 0.005
 """Time constant of the last bit of that braking [s]."""
 HOLDING = (60.0, 60.0, 20.0)
 """What the wheels of a standing platform hold along x, y [N] and about the vertical [N m]."""
+GRIP_LAG = 0.002
+"""Time constant with which wheels that cannot roll sideways stop what moves them so [s] ..."""
+GRIP = 6.0
+"""... as long as that takes no more than this acceleration [m/s^2]."""
 STANDSTILL = 1e-3
 """Speed below which the drive takes the platform for standing [m/s, rad/s]."""
 
@@ -27,6 +31,8 @@ ZERO = [0.0, 0.0, 0.0]
 
 class Drive:
     """Force of the drive on the platform, and the floor's roughness under it.
+
+    The wheels of a differential drive do not roll sideways; they hold against it.
 
     Args:
         robot: description (limits).
@@ -49,6 +55,7 @@ class Drive:
         correlation: float,
         rng: np.random.Generator,
     ) -> None:
+        self._differential = robot.chassis.drive == "differential"
         self._speed = robot.platform.speed_limit
         self._acceleration = robot.platform.acceleration_limit
         self._inertia = inertia.tolist()
@@ -83,6 +90,8 @@ class Drive:
             a = clamp(error / lag, self._acceleration[i])
             a += turning[i]
             force[i] = self._inertia[i] * (a + rough[i] if driving else a)
+        if self._differential:  # whatever the command says, and however rough the floor
+            force[1] = self._inertia[1] * (clamp(-vy / GRIP_LAG, GRIP) + turning[1])
         return np.array(force)
 
     def _rough(self, dt: float) -> Array:
