@@ -10,7 +10,16 @@ from base.platform import PERIOD, Platform
 from deploy.robot import load_robot
 from services import messages as m
 from services.service import Inbox, Outbox, Reply, act_on
-from services.topics import ARM_STATUS, BASE_COMMAND, BASE_STATUS, ESTIMATE, Topic
+from services.topics import (
+    ARM_STATUS,
+    BASE_COMMAND,
+    BASE_STATUS,
+    BUMPER,
+    ESTIMATE,
+    SCAN,
+    VISION,
+    Topic,
+)
 from sim.scenario import Scenario
 
 ARM_SILENT = 0.05
@@ -24,14 +33,18 @@ class BaseService:
 
     name = "base"
     period = PERIOD
-    inputs: tuple[Topic, ...] = (ESTIMATE, ARM_STATUS)
+    inputs: tuple[Topic, ...] = (ESTIMATE, ARM_STATUS, SCAN, BUMPER, VISION)
     verbs: tuple[str, ...] = ("goal", "behaviour", "start", "abort", "event", "stop", "resume")
 
     def __init__(self, scenario: Scenario, restarted: bool) -> None:
         self._task = scenario.task.base
+        robot = load_robot(scenario.robot)
+        off = [k for k in ("laser", "bumper") if not getattr(scenario.sensors, k).enabled]
+        robot = robot.model_copy(update=dict.fromkeys(off))
         self._platform = Platform(
-            load_robot(scenario.robot), self._task, restarted, scenario.path.parent
+            robot, self._task, restarted, scenario.path.parent, avoid=self._task.avoid
         )
+        self._seen: dict[str, m.Vision] = {}
         self._arm_goal = ArmGoal(self._platform)
         self._status = m.BaseStatus(t=0.0)
         self._stopped_for_arm = False
@@ -42,7 +55,16 @@ class BaseService:
         arm = inbox.latest(ARM_STATUS)
         self._mind(arm, inbox.age(ARM_STATUS, now))
         self._arm_goal.heed(arm)
-        command, self._status = self._platform.step(now, inbox.latest(ESTIMATE), arm)
+        for sighting in inbox.new(VISION):
+            self._seen[sighting.name] = sighting
+        command, self._status = self._platform.step(
+            now,
+            inbox.latest(ESTIMATE),
+            arm,
+            inbox.latest(SCAN),
+            inbox.latest(BUMPER),
+            self._seen,
+        )
         return [(BASE_COMMAND, command), (BASE_STATUS, self._status)]
 
     def _mind(self, arm: m.ArmStatus | None, age: float) -> None:

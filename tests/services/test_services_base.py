@@ -6,10 +6,15 @@ import numpy as np
 import pytest
 
 from services.base_service import ARM_SILENT, BaseService
-from services.messages import ArmStatus, BaseCommand, Estimate
+from services.messages import ArmStatus, BaseCommand, Estimate, Scan
 from services.service import Inbox
-from services.topics import ARM_STATUS, ESTIMATE
+from services.topics import ARM_STATUS, ESTIMATE, SCAN
 from sim.scenario import load_scenario
+
+
+def nothing_seen(t: float) -> Scan:
+    """A scan of an empty floor."""
+    return Scan(t=t, start=-3.1, increment=0.1, ranges=np.full(63, 8.0), farthest=8.0)
 
 
 class Bench:
@@ -43,6 +48,7 @@ class Bench:
                 command_age=0.0,
             )
             self.inbox.offer(ESTIMATE, estimate)
+            self.inbox.offer(SCAN, nothing_seen(self.now))
             if arm is not None:
                 self.inbox.offer(ARM_STATUS, ArmStatus(t=self.now, state=arm))
             for _, message in self.service.step(self.now, self.inbox):
