@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -70,7 +71,7 @@ def clutter(seed: int, radius: float = 0.31) -> BenchWorld:
     return BenchWorld(tuple(placed), start, goal, grid.shortest(a, b, radius))
 
 
-def crossing(seed: int, radius: float = 0.31, cruise: float = 0.7) -> BenchWorld:
+def crossing(seed: int, radius: float = 0.31, cruise: float = 0.5) -> BenchWorld:
     """A person walks across the platform's way, at 0.3 to 1 m/s, and would hit it.
 
     Args:
@@ -86,7 +87,7 @@ def crossing(seed: int, radius: float = 0.31, cruise: float = 0.7) -> BenchWorld
     at = rng.uniform(0.3, 0.65) * way
     speed = _digits(rng.uniform(0.3, 1.0))
     meeting = a + at / way * (b - a)
-    when = at / cruise + 0.5 + rng.uniform(-0.4, 0.4)
+    when = at / cruise + 0.2 + rng.uniform(-0.4, 0.4)
     side = rng.choice([-1.0, 1.0])
     angle = side * rng.uniform(math.radians(60), math.radians(120))
     heading = np.array([math.cos(angle), math.sin(angle)])
@@ -176,7 +177,7 @@ def _measured(
 def _room() -> tuple[Wall, ...]:
     (x0, y0), (x1, y1) = ROOM
     corners = [(x0, y0), (x1, y0), (x1, y1), (x0, y1), (x0, y0)]
-    return tuple(Wall(start=p, end=q) for p, q in zip(corners, corners[1:], strict=False))
+    return tuple(Wall(start=p, end=q) for p, q in pairwise(corners))
 
 
 def _thing(rng: np.random.Generator) -> Obstacle:

@@ -134,7 +134,7 @@ def test_bias_stays_and_knows_its_axis() -> None:
         ("push", {"force": "much"}, ["force = 'much'"]),
         ("push", {"force": "nan"}, ["force", "finite"]),
         ("push", {"force": 1, "onn": "link1"}, ["no option 'onn' (did you mean 'on'", "link6"]),
-        ("dropout", {"sensor": "sonar"}, ["'odometry' or 'imu'"]),
+        ("dropout", {"sensor": "sonar"}, ["'odometry', 'imu', 'laser'"]),
     ],
 )
 def test_live_disturbance_refusal_says_what_is_allowed(
