@@ -10,23 +10,24 @@ from base.approach import Approach
 from base.behaviour import Senses, Vote
 from base.line import Line, fit
 from base.picture import Picture
-from base.planar import difference, rotate, wrap
+from base.planar import rotate, wrap
+from base.settle import Settle
 from services.messages import Array
 
 _SECTOR = math.radians(35.0)  # either side of where the surface is looked for
 _FEWEST = 12  # points of a surface
 _ROUGHEST = 0.03  # rms of the points about their line [m]
 _PATIENCE = 2.0  # without a surface before it is said so [s]
-_SCANS = 25  # averaged at the end
-_NEAR = (0.02, 0.02)  # of the place, where averaging begins [m, rad]
+_SCANS = 20  # averaged at rest before the last millimetres
+_NEAR = (0.02, 0.03)  # of the place, where it stands and averages [m, rad]
 
 
 class Dock:
     """Fits a line to the scan around where the surface is, and goes to the pose in front of it.
 
-    Near that pose it averages the line over the scans of a few seconds: one scan tells the
-    direction no better than a quarter of a degree. The line is kept in O, so the platform may move
-    meanwhile. Along the surface it stays where it starts.
+    Near that pose it stands and averages the line over the scans of two seconds: one scan tells the
+    direction no better than a quarter of a degree. The line is kept in O, and averaged on. Along
+    the surface it stays where it starts.
 
     Args:
         distance: from the middle of B to the surface [m].
@@ -45,7 +46,7 @@ class Dock:
         tolerance: tuple[float, float] = (0.0015, 0.0015),
     ) -> None:
         self._distance, self._bearing, self._picture = distance, bearing, picture
-        self._tolerance = tolerance
+        self._settle = Settle(tolerance)
         self._approach = Approach(speed=0.3, turn=0.4, deceleration=0.25, gain=1.0)
         self._line: Line | None = None
         self._averaged = 0
@@ -74,16 +75,16 @@ class Dock:
             lost = "no surface where it is looked for" if self._state == "blocked" else ""
             return Vote(np.zeros(3), reason=lost)
         error = self._error(pose)
-        size = abs(error[0]), abs(error[2])
+        error = rotate(self._line.direction, error)
+        if not self._averaged:
+            self._state = "docking"
+            return Vote(self._approach.velocity(error, pose[2]))
         if self._averaged < _SCANS:
-            self._state = "measuring" if self._averaged else "docking"
-        elif self._state != "docked" or _beyond(size, self._tolerance, 3.0):
-            self._state = "docking" if _beyond(size, self._tolerance, 1.0) else "docked"
-        if self._state == "docked":
+            self._state = "measuring"
             return Vote(np.zeros(3))
-        normal = self._line.direction
-        forward = rotate(normal, np.array([error[0], 0.0, error[2]]))
-        return Vote(self._approach.velocity(forward, pose[2]))
+        wanted = self._settle.velocity(now, error, senses.estimate.velocity, pose[2])
+        self._state = "docked" if self._settle.done else "docking"
+        return Vote(wanted)
 
     def _error(self, pose: Array) -> Array:
         """(3,) along the surface's normal [m], zero, and of the heading [rad]."""
@@ -107,15 +108,12 @@ class Dock:
         if self._line is None:
             self._line = line
             return
-        error = np.abs(difference(np.zeros(3), self._error(pose)))
-        if _beyond((error[0], error[2]), _NEAR, 1.0):
+        error = np.abs(self._error(pose))
+        far = 3.0 if self._averaged else 1.0
+        if error[0] > far * _NEAR[0] or error[2] > far * _NEAR[1]:
             self._averaged = 0
             self._line = self._line.blend(line, 0.4, pose[:2])
             return
         self._averaged += 1
-        gain = 1.0 / min(self._averaged, 2 * _SCANS)
+        gain = 1.0 / min(self._averaged, 3 * _SCANS)
         self._line = self._line.blend(line, gain, pose[:2])
-
-
-def _beyond(size: tuple[float, float], tolerance: tuple[float, float], scale: float) -> bool:
-    return size[0] > scale * tolerance[0] or size[1] > scale * tolerance[1]

@@ -277,6 +277,7 @@ class Platform:
                 self._differential,
                 self._pace(),
                 {k: np.array(v) for k, v in given.items() if v is not None},
+                self._picture,
             )
         if task.behaviour in ("find_way", "dock") and self._picture is None:
             raise ValueError(f"behaviour {task.behaviour!r} needs a laser; this robot has none")

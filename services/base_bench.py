@@ -11,13 +11,14 @@ import time
 from collections.abc import Callable, Iterable
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 from base.dock import Dock
-from base.platform import PERIOD, Platform
 from base.planar import wrap
+from base.platform import PERIOD, Platform
 from deploy.robot import Robot, load_robot
 from deploy.task import BaseTask
 from sim.kinematic import KinematicRobot
@@ -98,7 +99,7 @@ def run_one(job: Job) -> Result:
     platform = Platform(robot, task, avoid=True)
     plant = KinematicRobot(robot, setting.obstacles, setting.start, job.seed)
     command = np.zeros(3)
-    commands, costs = [command, command], []
+    commands, headings, costs = [command, command], [0.0, 0.0], []
     standing, now, reason = 0.0, 0.0, ""
     for i in range(round(LONGEST / PERIOD)):
         now = i * PERIOD
@@ -108,6 +109,7 @@ def run_one(job: Job) -> Result:
         costs.append(time.perf_counter() - begun)
         command = message.velocity
         commands.append(command)
+        headings.append(float(plant.pose[2]))
         reason = f"{status.state}: {status.reason}" if status.reason else status.state
         standing = standing + PERIOD if status.state in ENDED else 0.0
         if standing >= 1.0 or plant.collided:
@@ -123,7 +125,7 @@ def run_one(job: Job) -> Result:
         "clearance_mm": plant.clearance * 1e3,
         "time_s": now,
         "length_ratio": plant.travelled / setting.shortest if standing >= 1.0 else None,
-        "turns_per_min": _turns(given) / max(now / 60.0, 1e-9),
+        "turns_per_min": _turns(given, np.array(headings)) / max(now / 60.0, 1e-9),
         "step_ms": float(np.median(costs)) * 1e3,
         "step_p99_ms": float(np.percentile(costs, 99)) * 1e3,
         **_limits(robot, given),
@@ -144,13 +146,14 @@ def _limits(robot: Robot, commands: np.ndarray) -> Result:
     }
 
 
-def _turns(commands: np.ndarray) -> int:
-    """How often vx or vy of the command changes its sign within a second: swinging to and fro."""
+def _turns(commands: np.ndarray, headings: np.ndarray) -> int:
+    """How often x or y of the command in W changes its sign within a second: swinging."""
+    c, s = np.cos(headings), np.sin(headings)
+    vx, vy = commands[:, 0], commands[:, 1]
     count = 0
-    for column in commands[:, :2].T:
+    for column in (c * vx - s * vy, s * vx + c * vy):
         signs = [(i, v > 0) for i, v in enumerate(column) if abs(v) > _TURN]
-        pairs = zip(signs, signs[1:], strict=False)
-        count += sum(a[1] != b[1] and (b[0] - a[0]) * PERIOD < 1.0 for a, b in pairs)
+        count += sum(a[1] != b[1] and (b[0] - a[0]) * PERIOD < 1.0 for a, b in pairwise(signs))
     return count
 
 
