@@ -23,6 +23,7 @@ from base.give_way import GiveWay
 from base.hold_still import HoldStill
 from base.keep_in_reach import KeepInReach
 from base.nodes.build import load_program
+from base.notice import WARNING, Notice
 from base.paths import Path, build
 from base.picture import Picture
 from base.planar import rotate
@@ -103,6 +104,7 @@ class Platform:
             if not self._differential:
                 self._standing.append(GiveWay(self._picture, self._radius))
         self._progress = Progress()
+        self._notice = Notice()
         self._blocked = ""
         self._stopped = "restarted; waiting for resume" if restarted else ""
         self._waiting: HoldStill | None = None
@@ -244,12 +246,27 @@ class Platform:
             nowhere = self._check(now, estimate, votes[main.name].velocity, main.state)
             state = "blocked" if nowhere else main.state
             reason = f"{nowhere}: {reason}" if nowhere and reason else nowhere or reason
+            if self._warns(now, votes):
+                state, reason = "starting", reason or f"about to move; warning for {WARNING:g} s"
         chosen = self._arbiter.choose(now, votes)
         shown = {name: [*map(float, v.velocity), float(v.weight)] for name, v in votes.items()}
         return (
             BaseCommand(t=now, velocity=chosen, planned=self._plan(now, "stop" in votes)),
             BaseStatus(t=now, state=state, reason=reason, votes=shown, chosen=chosen),
         )
+
+    def _warns(self, now: float, votes: dict[str, Vote]) -> bool:
+        """Whether people are being warned; what stands is held until they have been."""
+        start = self._task.start_at
+        if now < start:
+            if now >= start - WARNING - 1e-9:
+                self._notice.announce(now)
+                return True
+            return False
+        if self._notice.holds(now, votes, self._arbiter.chosen):
+            votes["notice"] = STOP
+            return True
+        return False
 
     def _check(self, now: float, estimate: Estimate, wanted: Array, state: str) -> str:
         """Why it gets nowhere; what will not pass by itself is kept."""
