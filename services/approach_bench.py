@@ -32,6 +32,8 @@ Array = NDArray[np.float64]
 
 STARTS = 200
 LITERAL_STARTS = 40
+CASE = "approach"
+"""What ``bench base`` calls all of this."""
 NEAR = 0.7
 """Distance from which the arms reach the object [m] ..."""
 FACING = math.radians(5.0)
@@ -119,11 +121,12 @@ POLICIES: dict[str, tuple[str, int]] = {
 """What is measured: on which robot, and from how many starts at most."""
 
 
-def trial(policy: str, seed: int) -> Trial:
+def trial(policy: str, seed: int, rule: str = "optimum") -> Trial:
     """One start of a policy; equal seeds give equal starts.
 
     Raises:
         KeyError: no such policy.
+        ValueError: no such fusion rule.
     """
     robot = load_robot(POLICIES[policy][0])
     draw = np.random.default_rng(seed)
@@ -138,7 +141,7 @@ def trial(policy: str, seed: int) -> Trial:
         behaviour = RunProgram(program, differential, PACE, {"object": OBJECT})
     platform = robot.platform
     arbiter = Arbiter(
-        platform.speed_limit, platform.acceleration_limit, PERIOD, robot.chassis.jerk_limit
+        platform.speed_limit, platform.acceleration_limit, PERIOD, robot.chassis.jerk_limit, rule
     )
     command, step = np.zeros(3), 0
     while step * PERIOD < LIMIT and not (behaviour.state == "finished" and not command.any()):
@@ -156,14 +159,16 @@ def trial(policy: str, seed: int) -> Trial:
     return Trial(arrived, step * PERIOD, distance, abs(angle), switches)
 
 
-def _trial(job: tuple[str, int]) -> Trial:
+def _trial(job: tuple[str, int, str]) -> Trial:
     return trial(*job)
 
 
-def jobs(starts: int = STARTS, seed: int = 1000) -> list[tuple[str, int]]:
-    """What ``rows`` runs: policy and seed of each trial."""
+def jobs(
+    starts: int = STARTS, seed: int = 1000, rule: str = "optimum"
+) -> list[tuple[str, int, str]]:
+    """What ``rows`` runs: policy, seed and fusion rule of each trial."""
     return [
-        (policy, seed + i)
+        (policy, seed + i, rule)
         for policy, (_, most) in POLICIES.items()
         for i in range(min(starts, most))
     ]
@@ -174,6 +179,7 @@ def rows(
     seed: int = 1000,
     workers: int = 1,
     track: Callable[[Iterable[Trial]], Iterable[Trial]] = iter,
+    rule: str = "optimum",
 ) -> list[dict[str, Any]]:
     """One row a policy.
 
@@ -182,17 +188,18 @@ def rows(
         seed: of the first start.
         workers: trials side by side.
         track: told of the trials as they end.
+        rule: by which the arbiter fuses.
 
     Returns:
         policy, starts, arrived (share), median_s and slowest_s of those that arrived, furthest_m
         and worst_deg at the end, and the median of switches.
     """
-    todo = jobs(starts, seed)
+    todo = jobs(starts, seed, rule)
     with ProcessPoolExecutor(max_workers=workers) as pool:
         done = list(track(pool.map(_trial, todo, chunksize=4)))
     out = []
     for policy in POLICIES:
-        mine = [t for (p, _), t in zip(todo, done, strict=True) if p == policy]
+        mine = [t for (p, _, _), t in zip(todo, done, strict=True) if p == policy]
         times = [t.time for t in mine if t.arrived]
         out.append(
             {
@@ -206,4 +213,30 @@ def rows(
                 "switches": median(t.switches for t in mine),
             }
         )
+    return out
+
+
+def goals(starts: int, seed: int, workers: int, rules: Iterable[str]) -> list[dict[str, Any]]:
+    """The rows as ``bench base`` shows them: one a figure, with its value by fusion rule.
+
+    Returns:
+        figure, case, runs, a value for each rule, goal, least, and met by rule.
+    """
+    by_rule = {rule: rows(starts, seed, workers, rule=rule) for rule in rules}
+    out = []
+    for i, policy in enumerate(POLICIES):
+        corrected = not policy.startswith("Table")
+        for figure, goal in (("arrived", 1.0 if corrected else None), ("median_s", None)):
+            values = {rule: made[i][figure] for rule, made in by_rule.items()}
+            out.append(
+                {
+                    "figure": f"{policy}: {figure}",
+                    "case": CASE,
+                    "runs": min(starts, POLICIES[policy][1]),
+                    **values,
+                    "goal": goal,
+                    "least": True,
+                    "met": {r: None if goal is None else v >= goal for r, v in values.items()},
+                }
+            )
     return out

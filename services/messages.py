@@ -20,7 +20,7 @@ M = TypeVar("M")
 DOF = 6  # joints of the arm
 PROGRAM_ENDED = ("finished", "protective_stop")
 """States of the arm in which its program is over."""
-BASE_ENDED = ("finished", "arrived", "aborted")
+BASE_ENDED = ("finished", "arrived", "docked", "aborted")
 """States of the platform in which what it was to do is over."""
 
 __all__ = [
