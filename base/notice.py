@@ -34,6 +34,10 @@ class Notice:
         if self._since is None:
             self._since = now
 
+    def counts(self, now: float) -> bool:
+        """Whether at ``now`` [s] a warning is being given; what for need not be asked meanwhile."""
+        return self._since is not None and now - self._since < WARNING - 1e-9
+
     def holds(self, now: float, votes: Mapping[str, Vote], command: Array) -> bool:
         """Whether the platform is still to stand at ``now`` [s], and to say ``starting``.
 
@@ -47,9 +51,10 @@ class Notice:
         wanting = {k for k, v in votes.items() if v.weight > 0 and np.abs(v.velocity).max() > SLOW}
         if now <= self._free or wanting & AT_ONCE:
             return False
+        if self.counts(now):
+            return True
         if not wanting:
             self._since = None
-            return False
-        if self._since is None:
+        elif self._since is None:
             self._since = now
-        return now - self._since < WARNING - 1e-9
+        return self.counts(now)

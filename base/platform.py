@@ -68,6 +68,7 @@ class Platform:
         restarted: the process was running before and died; come up stopped.
         beside: folder that relative paths of programs start from.
         avoid: stop before what the laser sees and make way for it, and stand without scans.
+        warn: say ``starting`` for a while before moving from rest (``base/notice.py``).
 
     Raises:
         ValueError: the task asks for more than the platform can do.
@@ -80,6 +81,7 @@ class Platform:
         restarted: bool = False,
         beside: File | None = None,
         avoid: bool = False,
+        warn: bool = False,
     ) -> None:
         platform = robot.platform
         self._description = platform
@@ -104,7 +106,7 @@ class Platform:
             if not self._differential:
                 self._standing.append(GiveWay(self._picture, self._radius))
         self._progress = Progress()
-        self._notice = Notice()
+        self._notice = Notice() if warn else None
         self._blocked = ""
         self._stopped = "restarted; waiting for resume" if restarted else ""
         self._waiting: HoldStill | None = None
@@ -235,7 +237,10 @@ class Platform:
                 main = self._waiting = self._waiting or HoldStill()
                 reason = f"{self._main.name} starts at {self._task.start_at:g} s"
             for behaviour in (main, *self._standing):
-                vote = behaviour.vote(now, senses)
+                if behaviour is main and self._notice is not None and self._notice.counts(now):
+                    vote = Vote(np.zeros(3), weight=0.0)  # a path's time must not run meanwhile
+                else:
+                    vote = behaviour.vote(now, senses)
                 if not np.isfinite(vote.velocity).all():
                     vote, reason = STOP, f"{behaviour.name} asked for a velocity that is no number"
                 if self._differential:  # what is not possible shall not weigh on what is
@@ -257,6 +262,8 @@ class Platform:
 
     def _warns(self, now: float, votes: dict[str, Vote]) -> bool:
         """Whether people are being warned; what stands is held until they have been."""
+        if self._notice is None:
+            return False
         start = self._task.start_at
         if now < start:
             if now >= start - WARNING - 1e-9:

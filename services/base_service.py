@@ -42,7 +42,7 @@ class BaseService:
         off = [k for k in ("laser", "bumper") if not getattr(scenario.sensors, k).enabled]
         robot = robot.model_copy(update=dict.fromkeys(off))
         self._platform = Platform(
-            robot, self._task, restarted, scenario.path.parent, avoid=self._task.avoid
+            robot, self._task, restarted, scenario.path.parent, avoid=self._task.avoid, warn=True
         )
         self._seen: dict[str, m.Vision] = {}
         self._arm_goal = ArmGoal(self._platform)
