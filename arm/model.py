@@ -151,6 +151,18 @@ class ArmModel:
         """
         return np.asarray(self._skeleton.getMassMatrix()[PLATFORM, ARM] @ qd)
 
+    def recoil(self, reaction: Array) -> Array:
+        """Acceleration of a freely rolling platform with the arm on it, at the state last placed.
+
+        Args:
+            reaction: F_B in O, shape (3,) [N, N, N m].
+
+        Returns:
+            A_OB_O, shape (3,) [m/s^2, m/s^2, rad/s^2].
+        """
+        mass = self._skeleton.getMassMatrix()[PLATFORM, PLATFORM]
+        return np.asarray(dposv(mass, reaction)[1])
+
     def inertia_diagonal(self) -> Array:
         """Inertia each joint sees at the state of the last ``torque``, shape (6,) [kg m^2]."""
         return self._inertia

@@ -41,6 +41,8 @@ class KeepInReach:
     joint speed left, and, away from the tool, by the reach left. The arm in turn slows its pace as
     its reach shrinks; so whoever is held up is waited for.
 
+    What the arm's own motion pushes the platform with is pushed back, through the same lag.
+
     Without work on the ground, or with a silent arm, it wants nothing.
 
     Args:
@@ -63,7 +65,7 @@ class KeepInReach:
     ) -> None:
         self._floor = FLOOR * reach
         self._full = 2.0 * self._floor
-        self._lead = lag + ahead
+        self._lag, self._lead = lag, lag + ahead
         self._offset = np.array([*offset, 0.0])
         self._gain = gain
         self._along = np.zeros(3)
@@ -90,6 +92,8 @@ class KeepInReach:
         missed = error + (self._along - senses.estimate.velocity) * self._lead
         pull = shorten(self._gain * missed, translation=RELATIVE, turn=TURN)
         wanted = self._along + np.array([pull[0], pull[1], self._gain * error[2]])
+        # the drive turns a velocity error e into an acceleration e / lag: as much against the arm
+        wanted = wanted - self._lag * arm.recoil
         return Vote(
             rotate(-pose[2], wanted),
             weight=1.0 + (URGENT - 1.0) * self._urgency(arm),

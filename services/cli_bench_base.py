@@ -12,7 +12,7 @@ from rich.markup import escape
 from rich.progress import track
 from rich.table import Table
 
-from services import approach_bench, base_bench
+from services import approach_bench, base_bench, line_bench
 from services.base_bench_goals import GOALS
 from services.cli_common import Json, console, fail
 
@@ -33,7 +33,7 @@ def base(
     if match is None or int(match[2] or match[1]) < int(match[1]):
         fail(f"--seeds takes a number or first-last, like 1000-1199, not {seeds!r}", 2)
     numbers = range(int(match[1]), int(match[2] or match[1]) + 1)
-    chosen = _names(cases, "--cases", (*base_bench.CASES, approach_bench.CASE))
+    chosen = _names(cases, "--cases", (*base_bench.CASES, approach_bench.CASE, line_bench.CASE))
     by = _names(rules, "--rules", base_bench.RULES)
     jobs = [
         base_bench.Job(case, rule, seed)
@@ -48,6 +48,8 @@ def base(
     rows = summary(results, by)
     if approach_bench.CASE in chosen:
         rows += approach_bench.goals(len(numbers), numbers[0], workers, by)
+    if line_bench.CASE in chosen:
+        rows += line_bench.goals(len(numbers), numbers[0], workers, by)
     if json:
         typer.echo(jsonlib.dumps(rows, indent=2))
         return

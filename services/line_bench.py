@@ -17,6 +17,10 @@ from sim.scenario import OdometrySensor, Scenario, load_scenario
 
 Result = dict[str, Any]
 
+CASE = "line"
+"""What ``bench base`` calls all of it."""
+MOST = 10
+"""Seeds that ``bench base`` runs of it at most."""
 SCENARIO = "long_line"
 TRUE_WHEELS, WRONG_WHEELS = "drift-free odometry", "wheels 0.5 % wrong, a slip, board seen"
 CASES = (TRUE_WHEELS, WRONG_WHEELS)
@@ -31,9 +35,18 @@ DRIFTING_MM = 2.0
 """Goal for the tracked error where odometry drifts [mm]."""
 
 
-def scenario_of(case: str) -> Scenario:
-    """The scenario of a case; where odometry is true it neither slips nor needs the camera."""
+def scenario_of(case: str, rule: str = "optimum") -> Scenario:
+    """The scenario of a case; where odometry is true it neither slips nor needs the camera.
+
+    Args:
+        case: one of ``CASES``.
+        rule: by which the platform's votes are fused.
+    """
     scenario = load_scenario(SCENARIO)
+    base = scenario.task.base.model_copy(update={"fusion": rule})
+    path, task = scenario.path, scenario.task.model_copy(update={"base": base})
+    scenario = scenario.model_copy(update={"task": task})
+    scenario._path = path
     if case == WRONG_WHEELS:
         return scenario
     sensors = scenario.sensors.model_copy(update={"odometry": OdometrySensor()})
@@ -48,6 +61,7 @@ def measure(
     workers: int = 1,
     watch: Callable[[Iterable[Result]], Iterable[Result]] = iter,
     cases: Iterable[str] = CASES,
+    rule: str = "optimum",
 ) -> list[Result]:
     """Run cases over seeds; a result each, with its ``case``.
 
@@ -56,16 +70,17 @@ def measure(
         workers: processes side by side.
         watch: told of every run that is done, for showing progress.
         cases: names of ``CASES``.
+        rule: by which the platform's votes are fused.
     """
-    jobs = [(case, seed) for case in cases for seed in seeds]
+    jobs = [(case, seed, rule) for case in cases for seed in seeds]
     with ProcessPoolExecutor(max_workers=workers) as pool:
         return list(watch(pool.map(run_case, jobs)))
 
 
-def run_case(job: tuple[str, int]) -> Result:
-    """One case with one seed."""
-    case, seed = job
-    scenario = scenario_of(case)
+def run_case(job: tuple[str, int, str]) -> Result:
+    """One case with one seed and fusion rule."""
+    case, seed, rule = job
+    scenario = scenario_of(case, rule)
     run = run_lockstep(scenario, seed)
     return {
         "case": case,
@@ -91,6 +106,26 @@ def figures_of_line(log: RunLog, reach: float) -> dict[str, float | None]:
         "stroke_s": drawing[-1].t - drawing[0].t,
         "wheel_scale": board[-1].wheel_scale if board else None,
     }
+
+
+def goals(runs: int, seed: int, workers: int, rules: Iterable[str]) -> list[dict[str, Any]]:
+    """The rows as ``bench base`` shows them: one a figure, its worst value by fusion rule.
+
+    Args:
+        runs: seeds asked for, of which at most ``MOST`` are run: each takes half a minute.
+        seed: the first.
+        workers: processes side by side.
+        rules: by which the platform's votes are fused.
+    """
+    seeds = range(seed, seed + min(runs, MOST))
+    by_rule = {rule: rows(measure(seeds, workers, rule=rule)) for rule in rules}
+    out = []
+    for made in zip(*by_rule.values(), strict=True):
+        worst = {rule: row["worst"] for rule, row in zip(by_rule, made, strict=True)}
+        met = {rule: row["met"] for rule, row in zip(by_rule, made, strict=True)}
+        about = {key: made[0][key] for key in ("figure", "goal", "least")}
+        out.append({**about, "case": CASE, "runs": len(seeds), **worst, "met": met})
+    return out
 
 
 def rows(results: list[Result]) -> list[dict[str, Any]]:

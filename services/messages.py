@@ -290,6 +290,11 @@ class ArmStatus(Message):
         default_factory=lambda: np.zeros(3), metadata={"spec": Spec((3,), "N, N m", -1e4, 1e4)}
     )
     """Force and moment F_B of the moving arm on the platform in O, mean since the last status."""
+    recoil: Array = field(
+        default_factory=lambda: np.zeros(3),
+        metadata={"spec": Spec((3,), "m/s^2, rad/s^2", -1000, 1000)},
+    )
+    """A_OB_O that the reaction gives a platform that rolls freely."""
 
 
 @_message
