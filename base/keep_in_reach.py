@@ -41,8 +41,6 @@ class KeepInReach:
     joint speed left, and, away from the tool, by the reach left. The arm in turn slows its pace as
     its reach shrinks; so whoever is held up is waited for.
 
-    What the arm's own motion pushes the platform with is pushed back, through the same lag.
-
     Without work on the ground, or with a silent arm, it wants nothing.
 
     Args:
@@ -51,6 +49,8 @@ class KeepInReach:
         ahead: how much later than ``now`` a command acts on average [s].
         offset: where in B the tool is at ease [m].
         gain: of the attraction [1/s].
+        push_back: share of what the arm's motion pushes the platform with that is pushed back. Zero,
+            because all of it, some 50 ms late, shakes the heading more (docs/long_line.md).
     """
 
     name = "keep_in_reach"
@@ -62,7 +62,9 @@ class KeepInReach:
         ahead: float,
         offset: tuple[float, float] = OFFSET,
         gain: float = 0.8,
+        push_back: float = 0.0,
     ) -> None:
+        self._push_back = push_back
         self._floor = FLOOR * reach
         self._full = 2.0 * self._floor
         self._lag, self._lead = lag, lag + ahead
@@ -93,7 +95,7 @@ class KeepInReach:
         pull = shorten(self._gain * missed, translation=RELATIVE, turn=TURN)
         wanted = self._along + np.array([pull[0], pull[1], self._gain * error[2]])
         # the drive turns a velocity error e into an acceleration e / lag: as much against the arm
-        wanted = wanted - self._lag * arm.recoil
+        wanted = wanted - self._push_back * self._lag * arm.recoil
         return Vote(
             rotate(-pose[2], wanted),
             weight=1.0 + (URGENT - 1.0) * self._urgency(arm),
