@@ -41,6 +41,7 @@ class Picture:
         points: (n, 2) of the newest scan, in O, where they were at ``scan.t``.
         velocity: (n, 2) of these points, in O; zero for what is not seen to move.
         pose: (3,) X_OB at ``scan.t``.
+        remembered: (m, 2) standing points in O, of this scan and earlier ones.
     """
 
     def __init__(self, laser: Laser, radius: float) -> None:
@@ -51,6 +52,7 @@ class Picture:
         self.scan: Scan | None = None
         self.trouble = "no scan yet"
         self.points, self.velocity, self.pose = _EMPTY, _EMPTY, np.zeros(3)
+        self.remembered = _EMPTY
 
     def look(self, now: float, senses: Senses) -> bool:
         """Take in what is new; whether there was a new scan."""
@@ -63,13 +65,6 @@ class Picture:
             self._take(scan, senses)
         self.trouble = self._trouble(now)
         return new
-
-    @property
-    def remembered(self) -> Array:
-        """(m, 2) standing points in O, of this scan and earlier ones."""
-        if not self._memory:
-            return _EMPTY
-        return np.array(list(self._memory.values()))[:, :2]
 
     @property
     def moving(self) -> NDArray[np.bool_]:
@@ -135,6 +130,8 @@ class Picture:
             keep = min(n, _MOST - 1.0)
             x, y = (keep * x + point[0]) / (keep + 1), (keep * y + point[1]) / (keep + 1)
             self._memory[key] = (x, y, keep + 1, t)
+        known = list(self._memory.values())
+        self.remembered = np.array(known)[:, :2] if known else _EMPTY
 
 
 def _smooth(ranges: Array) -> Array:

@@ -248,15 +248,19 @@ class Platform:
                 votes[behaviour.name] = vote
             says = [votes[main.name].reason, *(v.reason for v in votes.values())]
             reason = reason or next(filter(None, says), "")
-            nowhere = self._check(now, estimate, votes[main.name].velocity, main.state)
+            nowhere = self._check(now, estimate, votes, main)
             state = "blocked" if nowhere else main.state
+            if nowhere:  # it stands, rather than to feel its way along what holds it
+                votes[main.name] = replace(votes[main.name], velocity=np.zeros(3))
             reason = f"{nowhere}: {reason}" if nowhere and reason else nowhere or reason
             if self._warns(now, votes):
                 state, reason = "starting", reason or f"about to move; warning for {WARNING:g} s"
         chosen = self._arbiter.choose(now, votes)
         shown = {name: [*map(float, v.velocity), float(v.weight)] for name, v in votes.items()}
         return (
-            BaseCommand(t=now, velocity=chosen, planned=self._plan(now, "stop" in votes)),
+            BaseCommand(
+                t=now, velocity=chosen, planned=self._plan(now, state in ("stopped", "blocked"))
+            ),
             BaseStatus(t=now, state=state, reason=reason, votes=shown, chosen=chosen),
         )
 
@@ -275,12 +279,17 @@ class Platform:
             return True
         return False
 
-    def _check(self, now: float, estimate: Estimate, wanted: Array, state: str) -> str:
+    def _check(
+        self, now: float, estimate: Estimate, votes: Mapping[str, Vote], main: Behaviour
+    ) -> str:
         """Why it gets nowhere; what will not pass by itself is kept."""
         velocity = rotate(-estimate.pose[2], estimate.velocity)
-        place, going = estimate.pose[:2], state == "driving"
+        place, going = estimate.pose[:2], main.state == "driving"
+        wanted = votes[main.name].velocity
+        outvoted = any(v.weight > 0 for name, v in votes.items() if name != main.name)
+        allowed = wanted if outvoted else self._arbiter.fuse(votes)
         command = self._arbiter.chosen
-        nowhere = self._progress.check(now, wanted, command, velocity, place, going)
+        nowhere = self._progress.check(now, wanted, allowed, command, velocity, place, going)
         if nowhere and not nowhere.startswith("held"):
             self._blocked = nowhere
         return nowhere

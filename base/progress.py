@@ -25,16 +25,24 @@ class Progress:
     def __init__(self) -> None:
         self._stuck = self._held = self._nowhere = -math.inf
         self._newest = -math.inf
-        self._place = np.zeros(2)
+        self._place, self._gains = np.zeros(2), 0.0
 
     def check(
-        self, now: float, wanted: Array, command: Array, velocity: Array, place: Array, going: bool
+        self,
+        now: float,
+        wanted: Array,
+        allowed: Array,
+        command: Array,
+        velocity: Array,
+        place: Array,
+        going: bool,
     ) -> str:
         """Why it gets nowhere, empty if it does.
 
         Args:
             now: robot time [s].
             wanted: (3,) by the task, V_OB_B.
+            allowed: (3,) what the limits leave of all that is wanted.
             command: (3,) that the platform was given at the last step.
             velocity: (3,) measured, V_OB_B.
             place: (2,) in O [m].
@@ -50,7 +58,10 @@ class Progress:
         told, moves, asked = _size(command), _size(velocity), _size(wanted)
         if told < _SLOW or moves > max(_SHARE * told, 0.005):
             self._stuck = now
-        if asked < _SLOW or told > 0.01:
+        # what it slides sideways along a limit is no way towards where it wants to go
+        gains = float(allowed @ wanted) / asked if asked > _SLOW else 0.0
+        self._gains += 0.1 * (gains - self._gains)  # a noisy scan opens a limit now and then
+        if asked < _SLOW or self._gains > max(_SLOW, 0.1 * asked):
             self._held = now
         if not going or asked < _SLOW or np.hypot(*(place - self._place)) > _PLACE:
             self._nowhere, self._place = now, place.copy()

@@ -46,7 +46,7 @@ class WayMap:
         half: of the side of the square, in cells.
     """
 
-    def __init__(self, fits: float, comfort: float, half: int = 80) -> None:
+    def __init__(self, fits: float, comfort: float, half: int = 64) -> None:
         self._fits, self._comfort = fits, comfort
         self._half, self._n = half, 2 * half + 1
         n = self._n

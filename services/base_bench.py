@@ -104,9 +104,9 @@ def run_one(job: Job) -> Result:
     for i in range(round(LONGEST / PERIOD)):
         now = i * PERIOD
         estimate, scan, bumper = plant.step(now, command)
-        begun = time.perf_counter()
+        begun = time.thread_time()
         message, status = platform.step(now, estimate, None, scan, bumper)
-        costs.append(time.perf_counter() - begun)
+        costs.append(time.thread_time() - begun)
         command = message.velocity
         commands.append(command)
         headings.append(float(plant.pose[2]))
@@ -125,6 +125,7 @@ def run_one(job: Job) -> Result:
         "clearance_mm": plant.clearance * 1e3,
         "time_s": now,
         "length_ratio": plant.travelled / setting.shortest if standing >= 1.0 else None,
+        "direct": standing >= 1.0 and plant.travelled <= 1.3 * setting.shortest,
         "turns_per_min": _turns(given, np.array(headings)) / max(now / 60.0, 1e-9),
         "step_ms": float(np.median(costs)) * 1e3,
         "step_p99_ms": float(np.percentile(costs, 99)) * 1e3,

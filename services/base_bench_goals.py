@@ -55,6 +55,7 @@ GOALS = (
     Goal("clutter: arrive [share]", "clutter", "arrived", "share", 0.99, least=True),
     Goal("clutter: collisions", "clutter", "collided", "sum", 0),
     Goal("clutter: way over the shortest, worst", "clutter", "length_ratio", "max", 1.3),
+    Goal("clutter: way within 1.3 of the shortest [share]", "clutter", "direct", "share"),
     Goal("clutter: way over the shortest, median", "clutter", "length_ratio", "median"),
     Goal("clutter: clearance, smallest [mm]", "clutter", "clearance_mm", "min"),
     Goal("clutter: time, median [s]", "clutter", "time_s", "median"),
