@@ -49,8 +49,8 @@ class KeepInReach:
         ahead: how much later than ``now`` a command acts on average [s].
         offset: where in B the tool is at ease [m].
         gain: of the attraction [1/s].
-        push_back: share of what the arm's motion pushes the platform with that is pushed back. Zero,
-            because all of it, some 50 ms late, shakes the heading more (docs/long_line.md).
+        push_back: share of the push from the arm's own motion that is countered. Zero, because
+            all of it, some 50 ms late, shakes the heading more (docs/long_line.md).
     """
 
     name = "keep_in_reach"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import matplotlib.pyplot as plt
@@ -79,7 +80,7 @@ def _votes(axis: Any, base: list[BaseStatus]) -> None:
     names = sorted({name for b in base for name, v in b.votes.items() if v[3] > 0.0})
     for name in names:
         speed = [
-            1e3 * float(np.hypot(*b.votes[name][:2])) if name in b.votes else np.nan for b in base
+            1e3 * math.hypot(*b.votes[name][:2]) if name in b.votes else math.nan for b in base
         ]
         axis.plot(t, speed, lw=1.0, label=name)
     chosen = [1e3 * float(np.hypot(*b.chosen[:2])) for b in base]
