@@ -45,7 +45,8 @@ def test_a_run_sets_the_shape_of_its_seed() -> None:
 @pytest.mark.parametrize(("reach", "pace"), [(0.3, 1.0), (0.1 + EASE / 2, 0.5), (0.1, 0.0)])
 def test_the_pen_slows_as_reach_shrinks(reach: float, pace: float) -> None:
     """Full pace with reach to spare, at rest at ``Margin``."""
-    values = {p.name: p.default for p in REGISTRY["Whiteboard_wave"].parameters}
+    kind = REGISTRY["Whiteboard_wave"]
+    values = {p.name: p.default for p in kind.parameters if p.default is not None}
     node = WhiteboardWave({**values, "Length": 3.0})
     context = SimpleNamespace(reach_margin=reach, pace=1.0, dt=0.001)
     with pytest.raises(AttributeError):  # of the stroke proper, which has its own tests

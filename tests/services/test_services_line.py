@@ -4,9 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
+
+from services.components import build_service
 from services.line_bench import CASES, TRUE_WHEELS, WRONG_WHEELS, figures_of_line, rows, scenario_of
 from services.report import write_pictures
 from services.run import run_lockstep
+from services.service import Inbox, Outbox
+from services.topics import ARM_STATUS, SERVICES
 
 
 def result(case: str, tracked: float, outcome: str = "finished") -> dict[str, object]:
@@ -48,3 +53,27 @@ def test_arm_and_platform_share_the_first_stretch(tmp_path: Path) -> None:
     assert figures["platform_m"] is not None and figures["platform_m"] > 0.4
     names = {path.name for path in write_pictures(run.log, tmp_path, "long_line")}
     assert "sharing.png" in names
+
+
+def test_the_pen_waits_for_a_platform_that_is_stopped() -> None:
+    """Stopped under way and let go on 7 s later: pen on the board, a tenth of reach always left."""
+    scenario = scenario_of(TRUE_WHEELS)
+    services = [build_service(name, scenario, 1) for name in SERVICES]
+    base = services[SERVICES.index("base")]
+    step = base.step
+    asked = {8.0: "stop", 15.0: "resume"}
+
+    def stopped(now: float, inbox: Inbox) -> Outbox:
+        for at in [t for t in asked if now >= t]:
+            assert base.prepare(asked.pop(at), {})().accepted
+        return step(now, inbox)
+
+    base.step = stopped  # type: ignore[method-assign]
+    run = run_lockstep(scenario, 1, duration=20.0, services=services)
+    drawing = [s for s in run.log.series(ARM_STATUS) if s.stroke]
+    speed = {s.t: float(np.linalg.norm(s.reference_velocity)) for s in drawing}
+    assert max(v for t, v in speed.items() if 14.0 < t < 15.0) < 0.02
+    assert max(v for t, v in speed.items() if t > 17.0) > 0.1
+    assert min(s.reach_margin for s in drawing) > 0.1 * 0.85
+    assert run.result["contact_fraction"] > 0.98
+    assert run.result["tracked_rms_mm"] < 0.7
