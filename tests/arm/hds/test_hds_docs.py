@@ -13,10 +13,17 @@ BLOCKS = re.findall(r"^```\w*\n(.*?)^```$", DOC, flags=re.DOTALL | re.MULTILINE)
 
 
 def test_the_table_lists_every_code_with_its_severity() -> None:
-    """The documented codes are the very ones in the source."""
-    files = Path(arm.hds.__file__).parent.glob("*.py")  # a specification is no program
-    source = "".join(p.read_text("utf-8") for p in files if p.stem != "specification")
+    """The documented codes are the very ones in the source, of language, node types and shell."""
+    root = Path(arm.hds.__file__).parents[2]
+    files = [
+        *root.glob("arm/hds/*.py"),
+        *root.glob("arm/nodes/*.py"),
+        *root.glob("services/cli*.py"),
+    ]
+    # a specification is no program
+    source = "".join(p.read_text("utf-8") for p in files if not p.stem.startswith("specification"))
     reported = set(re.findall(r'report\.(error|warning)\(\s*"([a-z0-9-]+)"', source))
+    reported |= set(re.findall(r'Finding\(\s*"(error|warning)", "([a-z0-9-]+)"', source))
     documented = {(s, code) for code, s in re.findall(r"^\| `([a-z0-9-]+)` \| (\w+) \|", DOC, re.M)}
     assert documented == reported
 
