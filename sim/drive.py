@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from deploy.robot import Robot
 from services.messages import BaseCommand
+from sim.draws import normal_rows
 
 Array = NDArray[np.float64]
 
@@ -34,7 +36,7 @@ class Drive:
         lag: time constant of the response [s].
         roughness: rms of the disturbance while driving, in B [m/s^2, m/s^2, rad/s^2].
         correlation: its correlation time [s].
-        rng: source of the roughness.
+        rng: source of the roughness; the drive's alone.
 
     Attributes:
         standing: at rest and asked to stay: the wheels hold against up to ``HOLDING``.
@@ -54,46 +56,51 @@ class Drive:
         self._inertia = inertia.tolist()
         self._lag = lag
         self.standing = True
-        self._roughness = roughness
+        self._roughness = roughness.tolist()
         self._correlation = correlation
-        self._rng = rng
-        self._disturbance = roughness * rng.standard_normal(3)
+        self._draws = normal_rows(rng, 3)
+        self._disturbance: list[float] = (roughness * next(self._draws)).tolist()
 
-    def force(self, now: float, dt: float, command: BaseCommand | None, velocity: Array) -> Array:
-        """Force on the platform in B, shape (3,) [N, N, N m].
+    def force(
+        self, now: float, dt: float, command: BaseCommand | None, velocity: Sequence[float]
+    ) -> list[float]:
+        """Force on the platform in B along x, y [N] and about the vertical [N m].
 
         Args:
             now: robot time [s].
             dt: time since the last call [s].
             command: newest command, None before the first.
-            velocity: V_WB_B, shape (3,).
+            velocity: V_WB_B [m/s, m/s, rad/s].
         """
         silent = command is None or now - command.t > WATCHDOG
         wanted = ZERO if silent or command is None else command.velocity.tolist()
-        rough = self._rough(dt).tolist()
-        vx, vy, w = now_at = velocity.tolist()
-        fastest = max(map(abs, now_at))
+        rough = self._rough(dt)
+        vx, vy, w = velocity
+        fastest = max(abs(vx), abs(vy), abs(w))
         self.standing = fastest < STANDSTILL and not any(wanted)
         driving = fastest > STANDSTILL
         lag = BRAKE_LAG if silent else self._lag
-        force = [0.0, 0.0, 0.0]
+        force = []
         turning = (-w * vy, w * vx, 0.0)  # the drive steers B, which turns: v' = a - w x v
         for i in range(3):
-            error = clamp(wanted[i], self._speed[i]) - now_at[i]
+            error = clamp(wanted[i], self._speed[i]) - velocity[i]
             a = clamp(error / lag, self._acceleration[i])
             a += turning[i]
-            force[i] = self._inertia[i] * (a + rough[i] if driving else a)
-        return np.array(force)
+            force.append(self._inertia[i] * (a + rough[i] if driving else a))
+        return force
 
-    def _rough(self, dt: float) -> Array:
+    def _rough(self, dt: float) -> list[float]:
         keep = math.exp(-dt / self._correlation)
         spread = math.sqrt(1.0 - keep * keep)
-        self._disturbance = keep * self._disturbance + (
-            spread * self._roughness * self._rng.standard_normal(3)
-        )
+        self._disturbance = [
+            keep * was + spread * rms * drawn
+            for was, rms, drawn in zip(
+                self._disturbance, self._roughness, next(self._draws).tolist(), strict=True
+            )
+        ]
         return self._disturbance
 
 
 def clamp(x: float, limit: float) -> float:
     """``x`` within plus or minus ``limit``."""
-    return min(max(x, -limit), limit)
+    return -limit if x < -limit else min(x, limit)

@@ -72,17 +72,19 @@ class Wheels:
         self._last: Array | None = None
         self._pose = np.zeros(3)
 
-    def roll(self, pose: Array, slip: Array) -> Array:
-        """Take in the motion since the last call.
+    def slip(self, slip: Array) -> None:
+        """Take in motion that the wheels do not see: in W, shape (2,) [m]."""
+        self._slipped = self._slipped + slip
+
+    def roll(self, pose: Array) -> Array:
+        """Take in the motion since the last call; ``slip`` says how much of it they do not see.
 
         Args:
             pose: true X_WB now, (3,).
-            slip: how much of that motion the wheels did not see, in W, (2,) [m].
 
         Returns:
             X_OB as counted, (3,); O is W at the first call.
         """
-        self._slipped = self._slipped + slip
         seen = pose.copy()
         seen[:2] -= self._slipped
         if self._scale == (1.0, 1.0):
@@ -121,7 +123,9 @@ class OdometrySensor:
 
     def step(self, now: float, dt: float, pose: Array, effects: Effects) -> list[Odometry]:
         """Messages arriving at ``now``; ``pose`` is X_WB as (x, y, heading)."""
-        counted = self._wheels.roll(pose, effects.slip * dt)
+        if effects.slips:
+            self._wheels.slip(effects.slip * dt)
+        counted = self._wheels.roll(pose)
         if not self._enabled:
             return []
         return self._channel.step(now, effects, lambda: self._sample(now, counted, effects))
@@ -183,7 +187,8 @@ class ImuSensor:
         """Messages arriving at ``now``; pose X_WB and its derivatives in W, each shape (3,)."""
         if not self._enabled:
             return []
-        c, s = math.cos(pose[2]), math.sin(pose[2])
+        heading = float(pose[2])
+        c, s = math.cos(heading), math.sin(heading)
         ax, ay, alpha = acceleration.tolist()
         w = float(velocity[2])
         px, py = self._position
@@ -193,7 +198,7 @@ class ImuSensor:
         self._sum[1] += -s * ax + c * ay + alpha * px - w * w * py
         self._sum[2] += GRAVITY * up_z + effects.vertical
         self._ticks += 1
-        return self._channel.step(now, effects, lambda: self._sample(now, pose[2], effects))
+        return self._channel.step(now, effects, lambda: self._sample(now, heading, effects))
 
     def _sample(self, now: float, heading: float, effects: Effects) -> Imu:
         """The means since the last sample."""

@@ -15,6 +15,7 @@ from services.messages import (
     Truth,
 )
 from sim.disturbance import Timed
+from sim.draws import normal_rows
 from sim.drive import HOLDING, Drive
 from sim.effects import effects_at
 from sim.physics import DT, Physics
@@ -31,6 +32,7 @@ ROLLING = (0.0, 0.0, 0.0)
 """Friction the drive of a moving platform does not make up for [N, N, N m]."""
 TRUTH_EVERY = 5
 """Ticks between truth messages."""
+NO_TORQUE = np.zeros(6)
 
 
 class Simulator:
@@ -61,16 +63,17 @@ class Simulator:
         self._load_cell_noise = drawn.noise * np.array(
             [robot.load_cell.force_noise] * 3 + [robot.load_cell.moment_noise] * 3
         )
-        self._rng = streams[4]
+        self._draws = normal_rows(streams[4], 6)
         self._timeline: list[Timed] = list(scenario.disturbance)
         self._resolution = robot.arm.encoder_resolution
+        self._count_rate = self._resolution / DT
         self._counts = self._encoders()
         self._tare: Array | None = None
         self._braked = True
         self._standing = False
         self._ticks = 0
         self._force = 0.0
-        self._recent = np.zeros((TRUTH_EVERY, 4))
+        self._recent: list[list[float]] = []
         self._set_brakes(True)
 
     def disturb(self, disturbance: Timed, now: float) -> Timed:
@@ -93,8 +96,8 @@ class Simulator:
         out += self._odometry.step(now, DT, pose, effects)
         out += self._imu.step(now, pose, velocity, acceleration, effects)
         tip = physics.tip()
-        self._recent[self._ticks % TRUTH_EVERY] = (*tip, self._force)
-        if self._ticks % TRUTH_EVERY == TRUTH_EVERY - 1:
+        self._recent.append([*tip.tolist(), self._force])
+        if len(self._recent) == TRUTH_EVERY:
             out.append(
                 Truth(
                     t=now,
@@ -106,17 +109,18 @@ class Simulator:
                     tip=tip,
                     force=self._force,
                     contact=self._force > 0.0,
-                    recent=self._recent.copy(),
+                    recent=np.array(self._recent),
                     disturbances=list(effects.names),
                 )
             )
+            self._recent.clear()
         silent = arm is None or now - arm.t > BRAKE_AFTER
         if silent != self._braked:
             self._set_brakes(silent)
-        torque = np.zeros(6) if arm is None or silent else arm.tau
+        torque = NO_TORQUE if arm is None or silent else arm.tau
         # what the wheels see
         rolling = velocity - np.array([*effects.slip, 0.0]) if effects.slips else velocity
-        drive = self._drive.force(now, DT, base, _in_body(float(pose[2]), rolling))
+        drive = self._drive.force(now, DT, base, _in_body(float(pose[2]), rolling.tolist()))
         standing = self._drive.standing and not (effects.slips and effects.slip.any())
         if standing != self._standing:
             self._standing = standing
@@ -128,13 +132,13 @@ class Simulator:
 
     def _arm_state(self, now: float) -> ArmState:
         counts = self._encoders()
-        qd = (counts - self._counts) * (self._resolution / DT)
+        qd = (counts - self._counts) * self._count_rate
         self._counts = counts
         wrench = self.physics.wrench()
         if self._tare is None and self._ticks >= 1:
             self._tare = wrench
         wrench = wrench - self._tare if self._tare is not None else np.zeros(6)
-        wrench = wrench + self._load_cell_noise * self._rng.standard_normal(6)
+        wrench += self._load_cell_noise * next(self._draws)
         q = counts * self._resolution
         return ArmState(t=now, q=q, qd=qd, tau=self.physics.applied, wrench=wrench)
 
@@ -146,7 +150,7 @@ class Simulator:
         self.physics.set_friction(BRAKE + self.physics.drawn.coulomb if on else None)
 
 
-def _in_body(heading: float, velocity: Array) -> Array:
+def _in_body(heading: float, velocity: list[float]) -> tuple[float, float, float]:
     c, s = math.cos(heading), math.sin(heading)
-    vx, vy, w = velocity.tolist()
-    return np.array([c * vx + s * vy, c * vy - s * vx, w])
+    vx, vy, w = velocity
+    return c * vx + s * vy, c * vy - s * vx, w
