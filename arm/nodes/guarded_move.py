@@ -8,7 +8,7 @@ import numpy as np
 
 from arm.control import LowPass, Orientation, Position
 from arm.hds import Event, NodeType, Parameter, ParameterValue, Quantity
-from arm.nodes.conditions import Conditions, free
+from arm.nodes.conditions import Conditions, State, Values, free
 from arm.nodes.filters import FILTER, filter_cutoff
 from arm.nodes.frames import FRAMES, frame_of, to_board
 from arm.nodes.node import TIMEOUT, TIMEOUT_EVENT, Array, Clock, Context, Step
@@ -17,6 +17,14 @@ RAMP = 0.2
 """Time to reach the approach speed [s]."""
 TICKS = 4
 """Consecutive ticks above the threshold that make a contact."""
+
+
+def felt(state: State, values: Values) -> dict[str, float]:
+    """Half of the force that was asked for: the filter and a bump come between.
+
+    What a state knows the pen to touch is the board.
+    """
+    return {"force": state.force / float(values["Force"]) - 0.5}
 
 
 class GuardedMove:
@@ -35,7 +43,7 @@ class GuardedMove:
     """
 
     pressing = False
-    conditions = Conditions(domain=free, good=("Contact",))  # feels what is not in the state
+    conditions = Conditions(goal=felt, domain=free, good=("Contact",))
 
     def __init__(self, values: Mapping[str, ParameterValue]) -> None:
         self._frame = str(values["Frame"])

@@ -9,7 +9,7 @@ import numpy as np
 from arm.control import Orientation, Position
 from arm.control.motion import GAIN
 from arm.hds import Event, Parameter, ParameterValue, Quantity
-from arm.nodes.conditions import Conditions, free
+from arm.nodes.conditions import Conditions, Region, State, Values, free, near
 from arm.nodes.frames import Frame, about, axis_angle, frame_of, to_board
 from arm.nodes.node import TIMEOUT, TIMEOUT_EVENT, TOOL_ON_BOARD, Array, Clock, Context, Step
 from arm.nodes.profile import Profile
@@ -29,6 +29,21 @@ STAY = float("inf")
 """Default of what keeps its value when a program does not give it."""
 
 
+def point_of(tip: Array, values: Values) -> Array:
+    """The target, a coordinate that is not given staying as ``tip`` has it, shape (3,) [m]."""
+    given = np.array([float(values[axis]) for axis in ("X", "Y", "Z")])
+    return np.where(np.isfinite(given), given, tip)
+
+
+def at_point(frame: str) -> Region:
+    """The goal region of a way in a frame: the pen near its target."""
+
+    def region(state: State, values: Values) -> dict[str, float]:
+        return near(state.at(frame) - point_of(state.entered_at(frame), values))
+
+    return region
+
+
 class StraightWay:
     """A straight way in frame F, which a subclass names, along which the tool stays square.
 
@@ -41,7 +56,7 @@ class StraightWay:
     """
 
     pressing = False
-    conditions = Conditions(domain=free)  # no goal: the frame's place is not in the state
+    conditions = Conditions(domain=free)
     frame = "board"
 
     def __init__(self, values: Mapping[str, ParameterValue]) -> None:
