@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import fields
 from pathlib import Path
@@ -97,8 +98,8 @@ class RunLog:
     """Messages of a run by topic, in memory; a listener for the lockstep runner."""
 
     def __init__(self) -> None:
-        self.messages: Series = {}
-        self._arrivals: dict[str, list[float]] = {}
+        self.messages: Series = defaultdict(list)
+        self._arrivals: dict[str, list[float]] = defaultdict(list)
 
     def __call__(self, topic: Topic, message: Message, arrival: float | None = None) -> None:
         """Keep one message.
@@ -108,8 +109,8 @@ class RunLog:
             message: to keep.
             arrival: robot time at which it was sent or heard [s]; its stamp if not known.
         """
-        self.messages.setdefault(topic.name, []).append(message)
-        self._arrivals.setdefault(topic.name, []).append(message.t if arrival is None else arrival)
+        self.messages[topic.name].append(message)
+        self._arrivals[topic.name].append(message.t if arrival is None else arrival)
 
     def series(self, topic: Topic) -> list[Any]:
         """All messages of a topic, in order of arrival."""

@@ -11,12 +11,14 @@ BLOCK = 256
 """Rows drawn at a time."""
 
 
-def normal_rows(rng: np.random.Generator, width: int) -> Iterator[NDArray[np.float64]]:
-    """What ``rng.standard_normal(width)`` would give call by call, shape (width,) [1], without end.
+def normal_rows(
+    rng: np.random.Generator, spread: NDArray[np.float64]
+) -> Iterator[NDArray[np.float64]]:
+    """What ``spread * rng.standard_normal(n)`` would give call by call, shape (n,), without end.
 
     Args:
         rng: nobody else may draw from it, for it runs ahead of what was handed out.
-        width: numbers per row.
+        spread: standard deviations, shape (n,).
     """
     while True:
-        yield from rng.standard_normal((BLOCK, width))
+        yield from spread * rng.standard_normal((BLOCK, len(spread)))

@@ -37,6 +37,7 @@ class Drive:
         roughness: rms of the disturbance while driving, in B [m/s^2, m/s^2, rad/s^2].
         correlation: its correlation time [s].
         rng: source of the roughness; the drive's alone.
+        dt: time between calls of ``force`` [s].
 
     Attributes:
         standing: at rest and asked to stay: the wheels hold against up to ``HOLDING``.
@@ -50,31 +51,33 @@ class Drive:
         roughness: Array,
         correlation: float,
         rng: np.random.Generator,
+        dt: float,
     ) -> None:
         self._speed = robot.platform.speed_limit
         self._acceleration = robot.platform.acceleration_limit
         self._inertia = inertia.tolist()
         self._lag = lag
         self.standing = True
-        self._roughness = roughness.tolist()
-        self._correlation = correlation
-        self._draws = normal_rows(rng, 3)
-        self._disturbance: list[float] = (roughness * next(self._draws)).tolist()
+        self._rough: list[float] = (roughness * rng.standard_normal(3)).tolist()
+        self._keep = math.exp(-dt / correlation)
+        self._kicks = normal_rows(rng, math.sqrt(1.0 - self._keep * self._keep) * roughness)
 
     def force(
-        self, now: float, dt: float, command: BaseCommand | None, velocity: Sequence[float]
+        self, now: float, command: BaseCommand | None, velocity: Sequence[float]
     ) -> list[float]:
         """Force on the platform in B along x, y [N] and about the vertical [N m].
 
         Args:
             now: robot time [s].
-            dt: time since the last call [s].
             command: newest command, None before the first.
             velocity: V_WB_B [m/s, m/s, rad/s].
         """
         silent = command is None or now - command.t > WATCHDOG
         wanted = ZERO if silent or command is None else command.velocity.tolist()
-        rough = self._rough(dt)
+        kicks = next(self._kicks).tolist()
+        rough = self._rough = [
+            self._keep * was + kick for was, kick in zip(self._rough, kicks, strict=True)
+        ]
         vx, vy, w = velocity
         fastest = max(abs(vx), abs(vy), abs(w))
         self.standing = fastest < STANDSTILL and not any(wanted)
@@ -88,17 +91,6 @@ class Drive:
             a += turning[i]
             force.append(self._inertia[i] * (a + rough[i] if driving else a))
         return force
-
-    def _rough(self, dt: float) -> list[float]:
-        keep = math.exp(-dt / self._correlation)
-        spread = math.sqrt(1.0 - keep * keep)
-        self._disturbance = [
-            keep * was + spread * rms * drawn
-            for was, rms, drawn in zip(
-                self._disturbance, self._roughness, next(self._draws).tolist(), strict=True
-            )
-        ]
-        return self._disturbance
 
 
 def clamp(x: float, limit: float) -> float:

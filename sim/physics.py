@@ -66,6 +66,7 @@ class Physics:
         start[ARM] = self.robot.arm.rest
         self._skeleton.setPositions(start)
         self._limit = np.array(self.robot.arm.torque_limit)
+        self._lowest = -self._limit
         self._forces = np.zeros_like(start)
         self._vertical = 0.0
         self._normal, self._R_SW = self.R_WS[:, 2], self.R_WS.T
@@ -169,12 +170,14 @@ class Physics:
             drive: force of the drive in B along x, y [N] and about the vertical [N m].
             effects: disturbances that act.
         """
-        self.applied = np.minimum(np.maximum(torque, -self._limit), self._limit)
+        self.applied = np.minimum(np.maximum(torque, self._lowest), self._limit)
         heading = float(self._positions[2])
         c, s = math.cos(heading), math.sin(heading)
         forces = self._forces
         x, y, turn = drive
-        forces[PLATFORM] = c * x - s * y, s * x + c * y, turn
+        forces[0] = c * x - s * y
+        forces[1] = s * x + c * y
+        forces[2] = turn
         if effects.yaw:
             forces[2] += effects.yaw * self.drive_inertia()[2]
         if effects.slips:

@@ -68,13 +68,14 @@ class Wheels:
 
     def __init__(self, scale: tuple[float, float]) -> None:
         self._scale = scale
-        self._slipped = np.zeros(2)
+        self._slipped: Array | None = None
         self._last: Array | None = None
         self._pose = np.zeros(3)
 
     def slip(self, slip: Array) -> None:
         """Take in motion that the wheels do not see: in W, shape (2,) [m]."""
-        self._slipped = self._slipped + slip
+        unseen = np.array([*slip, 0.0])
+        self._slipped = unseen if self._slipped is None else self._slipped + unseen
 
     def roll(self, pose: Array) -> Array:
         """Take in the motion since the last call; ``slip`` says how much of it they do not see.
@@ -83,10 +84,9 @@ class Wheels:
             pose: true X_WB now, (3,).
 
         Returns:
-            X_OB as counted, (3,); O is W at the first call.
+            X_OB as counted, (3,), to be read only; O is W at the first call.
         """
-        seen = pose.copy()
-        seen[:2] -= self._slipped
+        seen = pose if self._slipped is None else pose - self._slipped
         if self._scale == (1.0, 1.0):
             return seen
         if self._last is None:
@@ -99,7 +99,7 @@ class Wheels:
         c, s = distance * math.cos(angle), distance * math.sin(angle)
         moved = [c * step[0] - s * step[1], s * step[0] + c * step[1], turn * step[2]]
         self._last, self._pose = seen, self._pose + np.array(moved)
-        return self._pose.copy()
+        return self._pose
 
 
 class OdometrySensor:

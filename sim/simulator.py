@@ -56,14 +56,13 @@ class Simulator:
             np.array(mismatch.roughness),
             mismatch.roughness_correlation,
             streams[1],
+            DT,
         )
         self._odometry = OdometrySensor(robot, scenario.sensors, streams[2])
         tilt = scenario.world.floor_tilt
         self._imu = ImuSensor(robot, scenario.sensors, drawn.noise, streams[3], tilt)
-        self._load_cell_noise = drawn.noise * np.array(
-            [robot.load_cell.force_noise] * 3 + [robot.load_cell.moment_noise] * 3
-        )
-        self._draws = normal_rows(streams[4], 6)
+        noise = [robot.load_cell.force_noise] * 3 + [robot.load_cell.moment_noise] * 3
+        self._load_cell_noise = normal_rows(streams[4], drawn.noise * np.array(noise))
         self._timeline: list[Timed] = list(scenario.disturbance)
         self._resolution = robot.arm.encoder_resolution
         self._count_rate = self._resolution / DT
@@ -120,7 +119,7 @@ class Simulator:
         torque = NO_TORQUE if arm is None or silent else arm.tau
         # what the wheels see
         rolling = velocity - np.array([*effects.slip, 0.0]) if effects.slips else velocity
-        drive = self._drive.force(now, DT, base, _in_body(float(pose[2]), rolling.tolist()))
+        drive = self._drive.force(now, base, _in_body(float(pose[2]), rolling.tolist()))
         standing = self._drive.standing and not (effects.slips and effects.slip.any())
         if standing != self._standing:
             self._standing = standing
@@ -138,7 +137,7 @@ class Simulator:
         if self._tare is None and self._ticks >= 1:
             self._tare = wrench
         wrench = wrench - self._tare if self._tare is not None else np.zeros(6)
-        wrench += self._load_cell_noise * next(self._draws)
+        wrench += next(self._load_cell_noise)
         q = counts * self._resolution
         return ArmState(t=now, q=q, qd=qd, tau=self.physics.applied, wrench=wrench)
 
