@@ -74,6 +74,7 @@ class Executive:
         self._reference = JointReference(np.array(self.model.robot.arm.velocity_limit))
         self._R_OS = board.rotation()
         self._p_OS = board.position()
+        self._into_board = -self._R_OS[:, 2]
         self.state = "idle"
         self.reason = ""
         self._automaton: Automaton | None = None
@@ -316,12 +317,12 @@ class Executive:
         reference = self._reference
         reference.advance(dt)
         kinematics = self.model.place(base, reference.q, reference.qd)
-        contact = kinematics.R @ -state.wrench[:3]  # of the tool on the world, in O
+        contact = -kinematics.R.dot(state.wrench[:3])  # of the tool on the world, in O
         self._ticks += 1
         if self._ticks % MARGIN_TICKS == 1:
             self._reach = self._limits.reach_margin()
         reach = self._reach
-        force = float(-self._R_OS[:, 2] @ contact)
+        force = float(self._into_board.dot(contact))
         self._felt.step(force, dt)
         context = Context(
             dt=dt,
@@ -354,7 +355,7 @@ class Executive:
             reference.qd,
             base,
             kinematics,
-            contact if self._touching() else np.zeros(3),
+            contact if self._touching() else None,
         )
         violated = self._limits.violated(
             dt,
@@ -400,9 +401,10 @@ class Executive:
             self._start_node = False
             context.desired = context.tip
             self._next_node(context)
-        leaving = context.reach_margin < LEAVING or self._limits.joint_margin < LEAVING_JOINT
-        if isinstance(self._control, Station) and leaving:
-            self._take(Retreat(0.0))  # the platform drives away: come along
+        if isinstance(self._control, Station):
+            joint = self._limits.joint_margin
+            if context.reach_margin < LEAVING or joint < LEAVING_JOINT:
+                self._take(Retreat(0.0))  # the platform drives away: come along
         if self._start_control and self._control is not None:
             self._start_control = False
             self._control.enter(context)

@@ -47,9 +47,8 @@ class PlatformMotion:
     def _brought_forward(self, dt: float, age: float, estimate: Estimate) -> Base:
         """What was estimated ``age`` [s] ago, now, with its acceleration kept."""
         acceleration = estimate.acceleration
-        gained = acceleration * age
-        velocity = estimate.velocity + gained
-        pose = estimate.pose + (estimate.velocity + 0.5 * gained) * age
+        velocity = estimate.velocity + acceleration * age
+        pose = estimate.pose + (estimate.velocity + velocity) * (0.5 * age)
         before = self.base.steady
         if before is None:
             return Base(pose, velocity, acceleration, velocity)

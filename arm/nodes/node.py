@@ -29,7 +29,7 @@ class Way(Protocol):
         ...
 
 
-@dataclass
+@dataclass(slots=True, eq=False)
 class Context:
     """All a node may know at one tick.
 
@@ -65,7 +65,7 @@ class Context:
     @property
     def tip(self) -> Array:
         """Tip position of the reference, p_ST_S [m]."""
-        return self.R_OS.T @ (self.kinematics.p - self.p_OS)
+        return self.R_OS.T.dot(self.kinematics.p - self.p_OS)
 
     def along(self, way: Way, moving: bool = True) -> tuple[float, float]:
         """One tick along a way at the present pace: where it is [m], and its speed [m/s]."""
@@ -79,7 +79,7 @@ class Context:
         return np.array([c * x + s * y, c * y - s * x, p_O[2]])
 
 
-@dataclass
+@dataclass(slots=True, eq=False)
 class Step:
     """What a node answers at a tick.
 

@@ -112,9 +112,12 @@ class Stroke:
         s, speed = context.along(self._profile, self._moving)
         self._drawn = self._done + s
         offset, tangent = self.point(self._drawn)
-        desired = np.array([*(self._start + offset), context.tip[2]])
-        velocity = np.array([*(speed * tangent), 0.0])
-        self._position.track(context.p_OS + context.R_OS @ desired, context.R_OS @ velocity)
+        desired = context.tip
+        desired[:2] = self._start + offset
+        velocity = np.zeros(3)
+        velocity[:2] = speed * tangent
+        R_OS = context.R_OS
+        self._position.track(context.p_OS + R_OS.dot(desired), R_OS.dot(velocity))
         event = None
         if self._profile.done:
             event = "Finished"
