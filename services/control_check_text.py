@@ -63,9 +63,10 @@ def render(report: Report, files: Mapping[int, Path]) -> str:
     widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
     lines = ["  ".join(c.ljust(w) for c, w in zip(r, widths, strict=True)).rstrip() for r in rows]
     ends = list(report.ends.values())
+    runs = f"{len(ends)} sampled run{'' if len(ends) == 1 else 's'}"
     lines += [
         "",
-        f"{len(ends)} sampled runs, {ends.count('finished')} finished. An estimate, no proof: "
+        f"{runs}, {ends.count('finished')} finished. An estimate, no proof: "
         f"bound is the {100 * CONFIDENCE:.0f} %",
         f"Clopper-Pearson lower bound over the variations drawn; prepares needs none outside and "
         f"a bound of {ENOUGH:g}.",
