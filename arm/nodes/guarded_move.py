@@ -76,14 +76,15 @@ class GuardedMove:
         self._now = 0.0
         self._above = 0
         self._position = Position(np.eye(3))
-        self._orientation = Orientation(self.orientation(context))
+        orientation = Orientation(self.orientation(context))
+        self._objective = orientation.subject_to(self._position)
 
     resume = enter
 
     def update(self, context: Context) -> Step:
         """Contact above ``Force``; the other events when nothing was touched."""
         frame = frame_of(self._frame, context)
-        felt = float((frame.R @ self._direction) @ context.contact)
+        felt = float(frame.R.dot(self._direction).dot(context.contact))
         force = self._filter.step(felt, context.dt)
         self._above = self._above + 1 if force > self._threshold else 0
         self._now = min(self._now + context.dt / RAMP, 1.0)
@@ -96,9 +97,8 @@ class GuardedMove:
         if self._clock.step(context.dt) and event is None:
             event = "Timeout"
         desired, rate = to_board(context, target, velocity)
-        objective = self._orientation.subject_to(self._position)
         measures = {GONE.name: self._gone}
-        return Step(objective, desired, rate, event, filtered=force, measures=measures)
+        return Step(self._objective, desired, rate, event, filtered=force, measures=measures)
 
 
 THRESHOLD = Parameter("Force", "cN", 0.2, 20.0, doc="Filtered force that means contact.")

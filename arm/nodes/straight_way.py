@@ -91,6 +91,7 @@ class StraightWay:
         self._profile = Profile(self._length, self._speed, ACCELERATION)
         self._position = Position(np.eye(3))
         self._orientation = Orientation(frame.R @ self._R_start)
+        self._objective = self._orientation.subject_to(self._position)
 
     resume = enter
 
@@ -103,8 +104,9 @@ class StraightWay:
         self._position.track(target, velocity)
         # the objective has no rate of its own: aim ahead by what it would lag behind
         ahead = min(share + rate / GAIN, 1.0)
-        R_FT = self._R_start @ about(self._axis, ahead * self._angle)
-        self._orientation.target = about(UP, frame.turn / GAIN) @ frame.R @ R_FT
+        R_FT = self._R_start.dot(about(self._axis, ahead * self._angle))
+        R_OF = about(UP, frame.turn / GAIN).dot(frame.R) if frame.turn else frame.R
+        self._orientation.target = R_OF.dot(R_FT)
         event = None
         if self._profile.done:
             self._after += context.dt
@@ -115,8 +117,7 @@ class StraightWay:
         desired, speed = to_board(context, target, velocity)
         left = self._profile.length - s
         measures = {TO_GO.name: left}
-        objective = self._orientation.subject_to(self._position)
-        return Step(objective, desired, speed, event, measures=measures)
+        return Step(self._objective, desired, speed, event, measures=measures)
 
     def _near(self, context: Context, frame: Frame) -> bool:
         """Whether the reference is in the goal region."""
