@@ -179,6 +179,12 @@ def test_a_refused_program_is_drawn_with_its_errors_in_red(types: Registry, good
     assert "does not run" in picture
 
 
+def test_a_declared_end_of_a_refused_program_is_drawn_as_one() -> None:
+    """With its double edge, as in a program without errors."""
+    text = "BEGIN NAME = Missed; TYPE = End; END BEGIN NAME = A; TYPE = Other; END"
+    assert [box.terminal for box in broken_sketch(text, "x.hds", ()).boxes] == [True, False]
+
+
 @pytest.mark.parametrize("cut", range(0, 700, 35))
 def test_whatever_is_left_of_a_program_can_be_drawn(types: Registry, good: str, cut: int) -> None:
     """A file cut off anywhere, and with a piece missing."""
