@@ -61,6 +61,8 @@ def _unusable(now: float, estimate: Estimate | None) -> str:
     if estimate is None:
         return "no estimate of the platform yet"
     age = now - estimate.t
-    if abs(age) > ESTIMATE_AGE:
+    if age < -ESTIMATE_AGE:
+        return f"the arm is {-1000 * age:.0f} ms behind the estimate of the platform"
+    if age > ESTIMATE_AGE:
         return f"estimate of the platform is {1000 * age:.0f} ms old"
     return "" if estimate.valid else f"estimate of the platform is invalid: {estimate.reason}"

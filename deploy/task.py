@@ -175,7 +175,8 @@ def find_program(program: str, beside: Path | None = None) -> Path:
         if path.is_file():
             return path
     known = sorted(p.name for p in PROGRAMS.glob("*.hds"))
-    near = difflib.get_close_matches(name, known, n=1)
+    own = [p.name for p in beside.glob("*.hds")] if beside else []
+    near = difflib.get_close_matches(name, [*own, *known], n=1)
     hint = f" (did you mean {near[0]!r}?)" if near else ""
     raise BadFile(
         candidates[0], [f"task.program: no program {program!r}{hint}. Known: {', '.join(known)}"]

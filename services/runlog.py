@@ -140,6 +140,9 @@ class RunLog:
         return everything
 
 
+_MAGIC = b"\x89MCAP0\r\n"
+
+
 def read_log(path: Path) -> tuple[RunLog, dict[str, str]]:
     """Read a log and its metadata.
 
@@ -164,8 +167,15 @@ def read_log(path: Path) -> tuple[RunLog, dict[str, str]]:
     except FileNotFoundError:
         raise BadLog(f"{path}: no such file") from None
     except (McapError, BadMessage, json.JSONDecodeError, AssertionError) as error:
-        raise BadLog(f"{path}: not a whole log of steadyhand: {error}") from error
+        why = "its recorder was killed before it finished the file" if _cut_short(path) else error
+        raise BadLog(f"{path}: not a whole log of steadyhand: {why}") from error
     return log, metadata
+
+
+def _cut_short(path: Path) -> bool:
+    """Whether a file begins as an MCAP and does not end as one: both ends are the same bytes."""
+    data = path.read_bytes()
+    return data.startswith(_MAGIC) and not data[len(_MAGIC) :].endswith(_MAGIC)
 
 
 def _restored(topic: Topic, content: dict[str, Any]) -> dict[str, Any]:
