@@ -225,7 +225,8 @@ def find_program(
         if path.is_file():
             return path
     known = sorted(p.name for folder in folders for p in folder.glob("*.hds"))
-    near = difflib.get_close_matches(name, known, n=1)
+    own = [p.name for p in beside.glob("*.hds")] if beside else []
+    near = difflib.get_close_matches(name, [*own, *known], n=1)
     hint = f" (did you mean {near[0]!r}?)" if near else ""
     asks = f"{key}: " if key else ""
     raise BadFile(candidates[0], [f"{asks}no program {program!r}{hint}. Known: {', '.join(known)}"])

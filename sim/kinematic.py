@@ -211,7 +211,7 @@ class KinematicRobot:
             self.velocity = np.zeros(3)
 
     def _estimated(self, now: float) -> Estimate:
-        counted = self._wheels.roll(self.pose, np.zeros(2))
+        counted = self._wheels.roll(self.pose.copy())
         c, s = math.cos(counted[2]), math.sin(counted[2])
         vx, vy, w = self.velocity.tolist()
         velocity = np.array([c * vx - s * vy, s * vx + c * vy, w])
