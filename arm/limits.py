@@ -90,7 +90,7 @@ class Limits:
         self._joint_floor = min(max(self._joint_floor, margin - EXCUSED), JOINT_MARGIN)
         if reach_margin is not None:
             if reach_margin < self._reach_floor:
-                return f"reach limit: {-1000 * reach_margin:.0f} mm beyond"
+                return f"reach limit: {-1000 * reach_margin:.1f} mm beyond"
             self._reach_floor = min(max(self._reach_floor, reach_margin - EXCUSED), 0.0)
         error = q_ref - q
         if max(map(abs, error.tolist())) > TRACKING:

@@ -120,13 +120,19 @@ def types(
         typer.echo(f"  guards may look at {guards}")
 
 
+def _plainly(value: float) -> str:
+    """Without what units leave behind the second digit of a larger number."""
+    return f"{value if abs(value) < 1.0 else round(value, 2):g}"
+
+
 def _range(p: Parameter) -> str:
     """Range, unit and default of a parameter, as a person would write them."""
     unit = p.default_unit
     if p.kind == "word":
         text = " or ".join(p.choices) if p.choices else 'a word or "text"'
         return f"{text}, required" if p.default is None else f"{text}, default {p.default}"
-    text = f"{unit.from_si(p.lo):g} to {unit.from_si(p.hi):g}"
+    low, high = (_plainly(unit.from_si(x)) for x in (p.lo, p.hi))
+    text = f"{low} to {high}"
     text += f" {unit.name}" if unit.name != "1" else ""
     if p.default is None:
         return f"{text}, required"

@@ -53,6 +53,8 @@ class Plan:
         ticks: paced only: end after this many ticks.
         duration: live only: end after this long [s].
         hang: a heartbeat that makes no progress for this long is a hang [s].
+        recorder_hang: the same of the recorder: no control waits for it, and killing it cuts the
+            log [s].
         start: a service must be ready within this [s].
         until_finished: end when the arm's program has; without an arm, when the platform has
             done what it was to do.
@@ -71,6 +73,7 @@ class Plan:
     ticks: int | None = None
     duration: float | None = None
     hang: float = 1.0
+    recorder_hang: float = 10.0
     start: float = 30.0
     until_finished: bool = False
     start_program: bool = False
@@ -218,13 +221,16 @@ class Supervisor:
                 continue
             if not watched.pid:
                 continue
-            limit = self.plan.hang if watched.ready else self.plan.start
+            limit = self._patience(name) if watched.ready else self.plan.start
             if now - watched.advanced > limit:
                 watched.advanced = now
                 self._tell(name, "hung", f"no progress for {limit:.1f} s; killed")
                 self._pool.kill(name)
             elif watched.ready and watched.failures and now - watched.started > HEALTHY:
                 watched.failures = 0
+
+    def _patience(self, name: str) -> float:
+        return max(self.plan.recorder_hang, self.plan.hang) if name == RECORDER else self.plan.hang
 
     def _listen(self, now: float) -> None:
         for name, watched in self._watched.items():
