@@ -138,4 +138,4 @@ def _range(p: Parameter) -> str:
         return f"{text}, required"
     if isinstance(p.default, str) or math.isinf(p.default):
         return text
-    return f"{text}, default {unit.from_si(p.default):g}"
+    return f"{text}, default {_plainly(unit.from_si(p.default))}"
