@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from arm.hds import Event, Parameter
+from arm.hds.timeout import TIMEOUT as TIMEOUT
+from arm.hds.timeout import TIMEOUT_EVENT as TIMEOUT_EVENT
+from arm.hds.timeout import Clock as Clock
 
 if TYPE_CHECKING:
     from arm.control import Composable
@@ -141,27 +143,3 @@ class Control(Protocol):
     def resume(self, context: Context) -> None:
         """Go on from rest after an interruption; called with the tip back where it was."""
         ...
-
-
-TIMEOUT = Parameter(
-    "Timeout",
-    unit="s",
-    lo=0.01,
-    hi=3600,
-    default=float("inf"),
-    doc="Raise Timeout after this time in the node.",
-)
-TIMEOUT_EVENT = Event("Timeout", "The node took longer than its Timeout.", needs="Timeout")
-
-
-class Clock:
-    """Counts time in a node and says when it has run out."""
-
-    def __init__(self, limit: float) -> None:
-        self.limit = limit
-        self.elapsed = 0.0
-
-    def step(self, dt: float) -> bool:
-        """Count ``dt`` [s]; True once the limit has passed."""
-        self.elapsed += dt
-        return self.elapsed >= self.limit

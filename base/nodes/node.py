@@ -6,7 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Protocol
 
-from arm.hds import Event, Parameter
+from arm.hds.timeout import TIMEOUT as TIMEOUT
+from arm.hds.timeout import TIMEOUT_EVENT as TIMEOUT_EVENT
+from arm.hds.timeout import Clock as Clock
 from base.approach import Approach
 from base.behaviour import Senses, Vote
 from base.picture import Picture
@@ -71,27 +73,3 @@ class Control(Protocol):
     def update(self, context: Context) -> Step:
         """Advance one step."""
         ...
-
-
-TIMEOUT = Parameter(
-    "Timeout",
-    unit="s",
-    lo=0.1,
-    hi=3600,
-    default=float("inf"),
-    doc="Raise Timeout after this time in the node.",
-)
-TIMEOUT_EVENT = Event("Timeout", "The node took longer than its Timeout.", needs="Timeout")
-
-
-class Clock:
-    """Counts time in a node and says when it has run out."""
-
-    def __init__(self, limit: float) -> None:
-        self._limit = limit
-        self._elapsed = 0.0
-
-    def step(self, dt: float) -> bool:
-        """Count ``dt`` [s]; True once the limit has passed."""
-        self._elapsed += dt
-        return self._elapsed >= self._limit - 1e-9
