@@ -12,7 +12,7 @@ from rich.table import Table
 
 from services.cli_common import Json, console, fail
 
-LABELS = {
+PEN_LABELS = {
     "line_rms_mm": "contour error, rms [mm]",
     "line_max_mm": "contour error, largest [mm]",
     "tracked_rms_mm": "tracked error, rms [mm]",
@@ -20,6 +20,20 @@ LABELS = {
     "contact_fraction": "pen on the board while drawing",
     "force_rms_error_n": "force error over 20 ms, rms [N]",
     "torque_step_fraction": "torque step at node changes / ordinary 99 % ripple",
+}
+PLATFORM_LABELS = {
+    "platform_way_m": "way driven [m]",
+    "platform_time_s": "time until the platform's task was over [s]",
+    "platform_clearance_mm": "smallest clearance to an obstacle [mm]",
+    "platform_goal_mm": "true distance to the goal at the end [mm]",
+    "platform_goal_deg": "true heading off the goal's at the end [deg]",
+    "platform_speed": "largest speed commanded, vx or vy [m/s]",
+    "platform_acceleration": "largest acceleration commanded [m/s²]",
+    "platform_jerk": "largest jerk commanded [m/s³]",
+    "platform_stops": "stops on the way",
+    "platform_blocked_s": "blocked or stopped [s]",
+}
+LABELS = {
     "estimate_rms_mm": "estimate error, rms [mm]",
     "estimate_rms_deg": "estimate error, rms [deg]",
     "estimate_max_step_mm_per_ms": "largest estimate step beyond true motion [mm/ms]",
@@ -58,7 +72,7 @@ def run(
     except OSError as error:
         fail(f"cannot write to {error.filename}: {error.strerror}", 2)
     title = f"{loaded.name}, observer {observer}, seed {seed}"
-    write_report(done.log, done.result, folder, title, pictures)
+    write_report(done.log, done.result, folder, title, pictures, loaded)
     if json:
         typer.echo(jsonlib.dumps(done.result))
     else:
@@ -77,11 +91,13 @@ def fresh_folder(folder: Path) -> None:
 
 
 def show(result: dict[str, Any]) -> None:
-    """Print a result as a table."""
+    """Print a result as a table; rows of the pen and of the platform where they mean something."""
     title = f"{result['scenario']}, observer {result['observer']}, seed {result['seed']}"
     table = Table(title=title, show_header=False)
     table.add_row("outcome", str(result["outcome"]))
-    for key, label in LABELS.items():
+    pen = PEN_LABELS if result.get("arm_worked", True) else {}
+    platform = {k: v for k, v in PLATFORM_LABELS.items() if result.get(k) is not None}
+    for key, label in (pen | platform | LABELS).items():
         value = result.get(key)
         table.add_row(escape(label), "-" if value is None else f"{value:.4g}")
     console.print(table)

@@ -149,6 +149,11 @@ def figures_of(log: RunLog) -> dict[str, float | None]:
     return out | estimate_figures(log)
 
 
+def arm_worked(log: RunLog) -> bool:
+    """Whether an arm had a program; one that only holds itself has no pen to judge."""
+    return any(s.program or s.stroke or s.state != "idle" for s in log.series(ARM_STATUS))
+
+
 def force_error(stroke: Stroke) -> Array:
     """Mean force over 20 ms less the force set for the stroke [N]."""
     kernel = np.ones(FORCE_WINDOW) / FORCE_WINDOW

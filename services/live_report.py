@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from services.evaluation import figures_of
-from services.run import outcome_of, write_report
+from services.run import all_figures, outcome_of, write_report
 from services.runlog import RunLog, read_log
 from services.supervisor import Plan
 from services.topics import HEALTH, TRUTH
+from sim.scenario import load_scenario
 
 
 def write_live_report(plan: Plan, folder: Path, ended: float) -> dict[str, Any]:
@@ -29,6 +29,7 @@ def write_live_report(plan: Plan, folder: Path, ended: float) -> dict[str, Any]:
         BadLog: there is no whole log.
     """
     log, about = read_log(folder / "run.mcap")
+    scenario = load_scenario(plan.scenario)
     truth = log.series(TRUTH)
     simulated = truth[-1].t if truth else 0.0
     result: dict[str, Any] = {
@@ -39,11 +40,11 @@ def write_live_report(plan: Plan, folder: Path, ended: float) -> dict[str, Any]:
         "simulated_s": simulated,
         "realtime_factor": simulated / ended if ended > 0 else None,
         "outcome": outcome_of(log),
-        **figures_of(log),
+        **all_figures(log, scenario),
         "loops": loops_of(log),
     }
     title = f"{result['scenario']}, observer {plan.observer}, {plan.mode}"
-    write_report(log, result, folder, title)
+    write_report(log, result, folder, title, scenario=scenario)
     return result
 
 

@@ -1,4 +1,4 @@
-"""Pictures of a run: the board, the estimate, the force, the torques."""
+"""Pictures of a run: the board, the estimate, the force, the torques, the floor."""
 
 from __future__ import annotations
 
@@ -16,10 +16,12 @@ import matplotlib.pyplot as plt
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
-from services.evaluation import Stroke, distance_to_path, hermite, strokes_of
+from services.evaluation import Stroke, arm_worked, distance_to_path, hermite, strokes_of
+from services.floor_picture import floor
 from services.runlog import RunLog
 from services.sharing_picture import sharing
 from services.topics import ARM_COMMAND, ARM_STATUS, ESTIMATE, TRUTH
+from sim.scenario import Scenario
 
 Array = NDArray[np.float64]
 
@@ -36,8 +38,17 @@ plt.rcParams.update(
 )
 
 
-def write_pictures(log: RunLog, folder: Path, title: str) -> list[Path]:
-    """Draw every picture the run has data for; returns the files."""
+def write_pictures(
+    log: RunLog, folder: Path, title: str, scenario: Scenario | None = None
+) -> list[Path]:
+    """Draw every picture the run has data for; returns the files.
+
+    Args:
+        log: of a run.
+        folder: where to.
+        title: of each picture.
+        scenario: that was run; without it there is no picture of the floor.
+    """
     pictures: dict[str, Callable[[RunLog, str], Figure | None]] = {
         "board": board,
         "drawing": drawing,
@@ -46,6 +57,8 @@ def write_pictures(log: RunLog, folder: Path, title: str) -> list[Path]:
         "torques": torques,
         "sharing": sharing,
     }
+    if scenario is not None:
+        pictures["floor"] = lambda log, title: floor(log, title, scenario)
     return save(folder, ((name, draw(log, title)) for name, draw in pictures.items()))
 
 
@@ -165,7 +178,7 @@ def estimate(log: RunLog, title: str) -> Figure | None:
 def force(log: RunLog, title: str) -> Figure | None:
     """Force of the pen on the board over time; strokes are shaded."""
     truth = log.series(TRUTH)
-    if len(truth) < 2:
+    if len(truth) < 2 or not arm_worked(log):
         return None
     recent = np.concatenate([x.recent[:, 3] for x in truth])
     t = np.concatenate([x.t + 0.001 * np.arange(-4, 1) for x in truth])

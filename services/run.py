@@ -12,9 +12,10 @@ from pathlib import Path
 from typing import Any
 
 from services.components import build_service
-from services.evaluation import figures_of, pen_figures
+from services.evaluation import arm_worked, figures_of, pen_figures
 from services.lockstep import TICK, Lockstep
 from services.messages import BASE_ENDED, PROGRAM_ENDED
+from services.platform_figures import platform_figures
 from services.provenance import provenance
 from services.runlog import RunLog
 from services.service import Service
@@ -88,8 +89,7 @@ def run_lockstep(
         "processor_s": processor,
         "outcome": outcome_of(log),
     }
-    figures = figures_of(log) | pen_figures(log, scenario.task.board)
-    return Run(scenario, log, result | figures)
+    return Run(scenario, log, result | all_figures(log, scenario))
 
 
 @contextmanager
@@ -105,6 +105,16 @@ def without_collector() -> Iterator[None]:
     finally:
         if was:
             gc.enable()
+
+
+def all_figures(log: RunLog, scenario: Scenario) -> dict[str, float | bool | None]:
+    """Of estimate, pen and platform, None where meaningless, and whether the arm worked."""
+    return {
+        "arm_worked": arm_worked(log),
+        **figures_of(log),
+        **pen_figures(log, scenario.task.board),
+        **platform_figures(log, scenario.task.base),
+    }
 
 
 def outcome_of(log: RunLog) -> str:
@@ -137,11 +147,25 @@ def write(run: Run, folder: Path) -> None:
 
 
 def write_report(
-    log: RunLog, result: dict[str, Any], folder: Path, title: str, pictures: bool = True
+    log: RunLog,
+    result: dict[str, Any],
+    folder: Path,
+    title: str,
+    pictures: bool = True,
+    scenario: Scenario | None = None,
 ) -> None:
-    """Write the result as ``result.json``, and the pictures beside it."""
+    """Write the result as ``result.json``, and the pictures beside it.
+
+    Args:
+        log: of a run.
+        result: of it.
+        folder: where to.
+        title: of each picture.
+        pictures: whether to draw any.
+        scenario: that was run, for the picture of the floor.
+    """
     (folder / "result.json").write_text(json.dumps(result, indent=2) + "\n")
     if pictures:
         from services.report import write_pictures  # slow to import, and not always wanted
 
-        write_pictures(log, folder, title)
+        write_pictures(log, folder, title, scenario)
