@@ -89,9 +89,8 @@ class FindWay:
 
     def _search(self, now: float, pose: Array) -> None:
         picture = self._picture
-        way = self._map.search(
-            pose[:2], self._goal[:2], picture.remembered, self._passing(now), self._way
-        )
+        standing, passing = picture.remembered, self._passing(now)
+        way = self._map.search(pose[:2], self._goal[:2], standing, passing, self._way, picture.seen)
         self._way = way
         if way.blocked == 0:
             self._lost_since, self._reason = None, ""

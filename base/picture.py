@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from base.behaviour import Senses
 from base.movers import Movers
+from base.seen import Seen
 from base.standing import Standing
 from base.view import View
 from deploy.robot import Laser
@@ -40,6 +41,7 @@ class Picture:
         points: (n, 2) of the newest scan, in O, where they were at ``scan.t``.
         velocity: (n, 2) of these points, in O; zero for what is not seen to move.
         pose: (3,) X_OB at ``scan.t``.
+        seen: floor that beams went over.
     """
 
     def __init__(self, laser: Laser, radius: float) -> None:
@@ -47,6 +49,7 @@ class Picture:
         self._poses: deque[tuple[float, float, float, float]] = deque(maxlen=16)
         self._movers = Movers()
         self._standing = Standing()
+        self.seen = Seen()
         self._views: deque[View] = deque(maxlen=max(_BEFORE))
         self.scan: Scan | None = None
         self.trouble = "no scan yet"
@@ -99,6 +102,7 @@ class Picture:
         self.velocity = self._movers.track(scan.t, self.points, self._was_free())
         view = View(scan, origin, float(pose[2]))
         self._views.append(view)
+        self.seen.add(view, origin)
         self._standing.forget(view)
         self._standing.add(scan.t, self.points[~self.moving])
 

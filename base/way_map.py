@@ -10,12 +10,14 @@ from scipy.ndimage import distance_transform_edt
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
+from base.seen import Seen
 from services.messages import Array
 
 CELL = 0.05
 """[m]"""
 _BLOCKED = 1e4  # cost of a metre where the platform does not fit: ways through it show by that
 _SOON = 30.0  # cost of a metre where something will pass, and around the platform at most
+_UNSEEN = 1.5  # factor on the cost of floor that no beam went over: it may be blocked
 _HERE = 4  # cells around the platform: where it stands it fits, whatever noise says
 _EXTRA = (0.3, 1.2)  # over the straight line's, of ways looked for first, for speed [m]
 _OPEN = 1e3  # clearance where nothing is near [m]
@@ -93,6 +95,7 @@ class WayMap:
         standing: Array,
         passing: Array,
         before: Way | None = None,
+        seen: Seen | None = None,
     ) -> Way:
         """The cheapest way, or the one before where that is as good.
 
@@ -102,6 +105,7 @@ class WayMap:
             standing: (m, 2) points of obstacles in O.
             passing: (k, 2) where something will pass: as an obstacle, but not blocked for good.
             before: the newest way to this goal, if there was one.
+            seen: floor that is known to be free; where it is not known a way costs more.
         """
         points = np.vstack([standing, passing])
         room = clear(start, goal, points)
@@ -112,6 +116,9 @@ class WayMap:
         cost = self._cost(clearance)
         if len(passing):
             cost = np.maximum(cost, np.minimum(self._cost(self._clearance(passing - start)), _SOON))
+        if seen is not None:
+            side = self._x[:: self._wide]
+            cost = np.where(seen.at(side + start[0], side + start[1]), cost, _UNSEEN * cost)
         here = slice(self._half + 1 - _HERE, self._half + 2 + _HERE)
         cost[here, here] = np.minimum(cost[here, here], _SOON)
         kept, limit = None, math.inf
@@ -175,7 +182,7 @@ class WayMap:
     def _cost(self, clearance: Array) -> Array:
         """Of a metre."""
         lack = np.clip((self._comfort - clearance) / (self._comfort - self._fits), 0.0, 1.0)
-        return np.where(clearance < self._fits, _BLOCKED, 1.0 + 2.0 * lack * lack)
+        return np.where(clearance < self._fits, _BLOCKED, 1.0 + 1.5 * lack * lack)
 
     def _clearance(self, points: Array) -> Array:
         """From the middle of each cell to the nearest of points around the start [m]."""
