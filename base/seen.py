@@ -27,7 +27,8 @@ class Seen:
     def add(self, view: View, origin: Array) -> None:
         """Take in a scan; ``origin`` (2,) of the laser in O [m]."""
         cells = np.floor(origin / _CELL).astype(np.int64) + self._around
-        i, j = cells[view.through((cells + 0.5) * _CELL, 0.0)].T
+        middle: Array = np.asarray((cells + 0.5) * _CELL, dtype=np.float64)
+        i, j = cells[view.through(middle, 0.0)].T
         self._place[i % _CELLS, j % _CELLS] = _number(i, j)
 
     def at(self, x: Array, y: Array) -> NDArray[np.bool_]:

@@ -52,10 +52,8 @@ class Standing:
         mean = np.column_stack(
             [np.bincount(place, points[:, i], len(fresh)) / count for i in (0, 1)]
         )
-        at = np.searchsorted(self._keys, fresh)
-        known = at < len(self._keys)
-        known[known] = self._keys[at[known]] == fresh[known]
-        old = at[known]
+        known = np.isin(fresh, self._keys, assume_unique=True)
+        old = np.searchsorted(self._keys, fresh[known])
         keep = np.minimum(self._scans[old], _MOST - 1.0)[:, None]
         self.points[old] = (keep * self.points[old] + mean[known]) / (keep + 1.0)
         self._scans[old], self._seen[old] = keep[:, 0] + 1.0, t

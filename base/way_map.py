@@ -17,6 +17,7 @@ CELL = 0.05
 """[m]"""
 _BLOCKED = 1e4  # cost of a metre where the platform does not fit: ways through it show by that
 _SOON = 30.0  # cost of a metre where something will pass, and around the platform at most
+_DOUBT = 0.015  # more clearance than it needs, that a way not taken yet must have [m]
 _UNSEEN = 1.5  # factor on the cost of floor that no beam went over: it may be blocked
 _HERE = 4  # cells around the platform: where it stands it fits, whatever noise says
 _EXTRA = (0.3, 1.2)  # over the straight line's, of ways looked for first, for speed [m]
@@ -47,9 +48,10 @@ class WayMap:
     A step costs its length, more where it is narrow, so that the way keeps to the middle of gaps
     and its distance from corners where that is cheap.
 
-    The way before is kept as long as no other is cheaper by ``worth``, so that two that are as
-    good do not take turns. That also bounds the search (A*: straight ahead costs at least its
-    length), which makes it quick.
+    The way before is kept as long as it fits and no other is cheaper by ``worth``, so that two
+    that are as good do not take turns. That also bounds the search (A*: straight ahead costs at
+    least its length), which makes it quick. The cells stay where they are in O, so that a gap is
+    not wide at one time and narrow at another.
 
     Args:
         fits: clearance that the platform needs [m].
@@ -112,30 +114,44 @@ class WayMap:
         if room >= self._comfort:  # nothing is shorter, and nothing near it
             way = _line(start, goal)
             return Way(way, np.full(len(way), room), 0.0, False)
-        clearance = self._clearance(standing - start)
+        middle = np.rint(start / CELL) * CELL
+        clearance = self._clearance(standing - middle)
         cost = self._cost(clearance)
         if len(passing):
-            cost = np.maximum(cost, np.minimum(self._cost(self._clearance(passing - start)), _SOON))
+            soon = self._cost(self._clearance(passing - middle))
+            cost = np.maximum(cost, np.minimum(soon, _SOON))
         if seen is not None:
             side = self._x[:: self._wide]
-            cost = np.where(seen.at(side + start[0], side + start[1]), cost, _UNSEEN * cost)
+            cost = np.where(seen.at(side + middle[0], side + middle[1]), cost, _UNSEEN * cost)
         here = slice(self._half + 1 - _HERE, self._half + 2 + _HERE)
         cost[here, here] = np.minimum(cost[here, here], _SOON)
-        kept, limit = None, math.inf
+        limit, kept = math.inf, None
         if before is not None:
-            kept = _rest(before.points, start)
-            step = np.diff(kept, axis=0)
-            spent = self._at(cost, 0.5 * (kept[1:] + kept[:-1]) - start, 1.0)
-            limit = float(spent @ np.hypot(step[:, 0], step[:, 1])) - self._worth
-        found = self._cheapest(goal - start, cost, limit)
+            kept = self._judged(_rest(before.points, start), middle, clearance)
+            if kept.blocked == 0:
+                step = np.diff(kept.points, axis=0)
+                spent = self._at(cost, kept.points[1:] - middle, 1.0)
+                limit = float(spent @ np.hypot(step[:, 0], step[:, 1])) - self._worth
+        # a gap that was found too narrow once is not tried again for a millimetre
+        doubtful = clearance < self._fits + _DOUBT
+        doubtful[here, here] = False
+        cost = np.where(doubtful, _BLOCKED, cost)
+        found = self._cheapest(goal - middle, cost, limit)
         if found is not None:
-            kept = np.vstack([start + found, _line(start + found[-1], goal)[1:]])
+            found = middle + found
+            rest = _line(found[-1], goal)[1:]
+            way = np.vstack([start, found[1:], rest])
+            return self._judged(way, middle, clearance)
         assert kept is not None
-        narrow = self._at(clearance, kept - start, _OPEN)
-        # where the platform stands it fits, whatever noise says
-        away = np.hypot(*(kept - start).T)
-        tight = (narrow < self._fits) & (away > _HERE * CELL)
-        return Way(kept, narrow, CELL * float(np.count_nonzero(tight)), bool(tight[-1]))
+        return kept
+
+    def _judged(self, points: Array, middle: Array, clearance: Array) -> Way:
+        """The way along points, first to last, with what is known of its clearance."""
+        narrow = self._at(clearance, points - middle, _OPEN)
+        away = np.abs(points - middle).max(axis=1)
+        tight = (narrow < self._fits) & (away > (_HERE + 0.5) * CELL)
+        blocked = CELL * float(np.count_nonzero(tight))
+        return Way(points, narrow, blocked, bool(tight[-1]))
 
     def _cheapest(self, goal: Array, cost: Array, limit: float) -> Array | None:
         """(n, 2) from the centre to the goal, or the rim towards it; None if above the limit."""
