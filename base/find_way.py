@@ -10,7 +10,8 @@ from base.approach import Approach
 from base.behaviour import Senses, Vote
 from base.picture import Picture
 from base.planar import difference, rotate
-from base.way_map import Way, WayMap, clear
+from base.polyline import clear
+from base.way_map import Way, WayMap
 from services.messages import Array
 
 _PATIENCE = 2.0  # without a way before it is called blocked [s]

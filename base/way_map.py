@@ -10,16 +10,17 @@ from scipy.ndimage import distance_transform_edt
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
+from base.polyline import CELL, clear, line, rest
 from base.seen import Seen
 from services.messages import Array
 
-CELL = 0.05
-"""[m]"""
 _BLOCKED = 1e4  # cost of a metre where the platform does not fit: ways through it show by that
 _SOON = 30.0  # cost of a metre where something will pass, and around the platform at most
 _DOUBT = 0.015  # more clearance than it needs, that a way not taken yet must have [m]
+_DOUBTED = 100.0  # cost of a metre of it
 _UNSEEN = 1.5  # factor on the cost of floor that no beam went over: it may be blocked
 _HERE = 4  # cells around the platform: where it stands it fits, whatever noise says
+_AROUND = 1.5  # factor on the length of what lies beyond, for a way round the square
 _EXTRA = (0.3, 1.2)  # over the straight line's, of ways looked for first, for speed [m]
 _OPEN = 1e3  # clearance where nothing is near [m]
 _STEPS = ((-1, -1), (-1, 0), (-1, 1), (0, -1), (0, 1), (1, -1), (1, 0), (1, 1))
@@ -112,7 +113,7 @@ class WayMap:
         points = np.vstack([standing, passing])
         room = clear(start, goal, points)
         if room >= self._comfort:  # nothing is shorter, and nothing near it
-            way = _line(start, goal)
+            way = line(start, goal)
             return Way(way, np.full(len(way), room), 0.0, False)
         middle = np.rint(start / CELL) * CELL
         clearance = self._clearance(standing - middle)
@@ -127,7 +128,7 @@ class WayMap:
         cost[here, here] = np.minimum(cost[here, here], _SOON)
         limit, kept = math.inf, None
         if before is not None:
-            kept = self._judged(_rest(before.points, start), middle, clearance)
+            kept = self._judged(rest(before.points, start), middle, clearance)
             if kept.blocked == 0:
                 step = np.diff(kept.points, axis=0)
                 spent = self._at(cost, kept.points[1:] - middle, 1.0)
@@ -135,21 +136,24 @@ class WayMap:
         # a gap that was found too narrow once is not tried again for a millimetre
         doubtful = clearance < self._fits + _DOUBT
         doubtful[here, here] = False
-        cost = np.where(doubtful, _BLOCKED, cost)
+        cost = np.where(doubtful, np.maximum(cost, _DOUBTED), cost)
         found = self._cheapest(goal - middle, cost, limit)
         if found is not None:
             found = middle + found
-            rest = _line(found[-1], goal)[1:]
-            way = np.vstack([start, found[1:], rest])
-            return self._judged(way, middle, clearance)
+            way = np.vstack([start, found[1:], line(found[-1], goal)[1:]])
+            inside = bool(np.abs(np.rint((goal - middle) / CELL)).max() <= self._half)
+            return self._judged(way, middle, clearance, len(way) if inside else len(found))
         assert kept is not None
         return kept
 
-    def _judged(self, points: Array, middle: Array, clearance: Array) -> Way:
-        """The way along points, first to last, with what is known of its clearance."""
+    def _judged(
+        self, points: Array, middle: Array, clearance: Array, count: int | None = None
+    ) -> Way:
+        """The way along points; ``count`` of them are a way, the others only show where to."""
         narrow = self._at(clearance, points - middle, _OPEN)
         away = np.abs(points - middle).max(axis=1)
         tight = (narrow < self._fits) & (away > (_HERE + 0.5) * CELL)
+        tight[count:] = False
         blocked = CELL * float(np.count_nonzero(tight))
         return Way(points, narrow, blocked, bool(tight[-1]))
 
@@ -170,6 +174,13 @@ class WayMap:
             source, far = nodes, math.hypot(goal[0], goal[1])
             rim = self._rim
             beyond = np.hypot(goal[0] - self._x[rim], goal[1] - self._y[rim])
+            # from a side that does not face the goal, straight on would lead back into the square
+            x, y = self._x[rim], self._y[rim]
+            edge = self._half * CELL - 1e-6
+            faces = ((np.abs(x) > edge) & (x * (goal[0] - x) > 0)) | (
+                (np.abs(y) > edge) & (y * (goal[1] - y) > 0)
+            )
+            beyond = np.where(faces, beyond, _AROUND * beyond)
             entry = CELL * cost.ravel()[rim] + self._least[rim] - far + 1e-9
             graph.data[8 * nodes :] = beyond + entry
         most = max(limit - far, 0.0)
@@ -216,31 +227,3 @@ class WayMap:
         out = np.hypot(x[i, j] - self._x.reshape(shape), y[i, j] - self._y.reshape(shape))
         out[0], out[-1], out[:, 0], out[:, -1] = 0.0, 0.0, 0.0, 0.0  # the border is never entered
         return out
-
-
-def clear(start: Array, end: Array, points: Array) -> float:
-    """Least distance of points (m, 2) from a straight line [m]; those behind its start are out."""
-    along = end - start
-    length2 = float(along @ along)
-    if length2 < 1e-12:
-        return math.inf
-    away = points - start
-    share = away @ along / length2
-    ahead = share > 0
-    if not ahead.any():
-        return math.inf
-    off = away[ahead] - np.minimum(share[ahead], 1.0)[:, None] * along
-    return float(np.sqrt((off * off).sum(axis=1).min()))
-
-
-def _line(start: Array, end: Array) -> Array:
-    """(n, 2) points of a straight line, a cell apart."""
-    count = max(2, math.ceil(float(np.hypot(*(end - start))) / CELL) + 1)
-    return start + np.linspace(0.0, 1.0, count)[:, None] * (end - start)
-
-
-def _rest(points: Array, start: Array) -> Array:
-    """(n, 2) what is left of a way, from where the platform is now."""
-    away = np.hypot(*(points[:40] - start).T)
-    left = points[min(int(np.argmin(away)) + 1, len(points) - 1) :]
-    return np.vstack([_line(start, left[0]), left[1:]])
