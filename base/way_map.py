@@ -153,7 +153,8 @@ class WayMap:
         narrow = self._at(clearance, points - middle, _OPEN)
         away = np.abs(points - middle).max(axis=1)
         tight = (narrow < self._fits) & (away > (_HERE + 0.5) * CELL)
-        tight[count:] = False
+        if count is not None:
+            tight[count:] = False
         blocked = CELL * float(np.count_nonzero(tight))
         return Way(points, narrow, blocked, bool(tight[-1]))
 
