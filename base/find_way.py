@@ -10,6 +10,7 @@ from base.approach import Approach
 from base.behaviour import Senses, Vote
 from base.picture import Picture
 from base.planar import difference, rotate
+from base.polyline import clear
 from base.way_map import Way, WayMap
 from services.messages import Array
 
@@ -89,7 +90,8 @@ class FindWay:
 
     def _search(self, now: float, pose: Array) -> None:
         picture = self._picture
-        way = self._map.search(pose[:2], self._goal[:2], picture.remembered, self._passing(now))
+        standing, passing = picture.remembered, self._passing(now)
+        way = self._map.search(pose[:2], self._goal[:2], standing, passing, self._way, picture.seen)
         self._way = way
         if way.blocked == 0:
             self._lost_since, self._reason = None, ""
@@ -143,7 +145,7 @@ class FindWay:
             needed = min(
                 float(way.clearance[nearest : target + 1].min()) - 0.02, self._radius + 0.2
             )
-            if _clear(pose[:2], way.points[target], near) >= needed:
+            if clear(pose[:2], way.points[target], near) >= needed:
                 return target
         return min(nearest + 2, len(passed) - 1)
 
@@ -151,18 +153,3 @@ class FindWay:
         points = np.vstack([self._picture.remembered, self._picture.points])
         away = points - pose[:2]
         return points[np.hypot(away[:, 0], away[:, 1]) < _AHEAD + self._radius + 0.2]
-
-
-def _clear(start: Array, end: Array, points: Array) -> float:
-    """Least distance of points (m, 2) from a straight line [m]; those behind its start are out."""
-    along = end - start
-    length2 = float(along @ along)
-    if length2 < 1e-12:
-        return math.inf
-    away = points - start
-    share = away @ along / length2
-    ahead = share > 0
-    if not ahead.any():
-        return math.inf
-    off = away[ahead] - np.minimum(share[ahead], 1.0)[:, None] * along
-    return float(np.sqrt((off * off).sum(axis=1).min()))

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from services.messages import Array
 
@@ -16,6 +17,7 @@ _STRAY = 0.35  # from where it was expected, of the same thing [m]
 _GAINS = (0.6, 0.35)  # of position and velocity, per scan
 _SLOWEST = 0.25  # that counts as moving; less may be a thing seen from another side [m/s]
 _FASTEST = 2.0  # [m/s]
+_ENTERED = 0.15  # share of what moves that is on floor that was free
 _SCANS = 3  # that a thing is followed for before it is believed to move
 
 
@@ -29,18 +31,23 @@ class _Track:
 
 
 class Movers:
-    """Follows small things by an alpha-beta filter of the middle of what is seen of them."""
+    """Follows small things by an alpha-beta filter of the middle of what is seen of them.
+
+    That middle also wanders when a thing is seen from another side, or past the edge of another
+    one. So nothing counts as moving unless some of it is where floor was seen free before.
+    """
 
     def __init__(self) -> None:
         self._tracks: list[_Track] = []
         self._t = 0.0
 
-    def track(self, t: float, points: Array) -> Array:
+    def track(self, t: float, points: Array, free: NDArray[np.bool_]) -> Array:
         """The velocity of each point of a scan.
 
         Args:
             t: of the scan [s].
             points: (n, 2) in O, in the order of their bearings.
+            free: (n,) which of them are where floor was seen free a while ago.
 
         Returns:
             (n, 2) in O [m/s]; zero for what stands or is not known to move.
@@ -57,7 +64,9 @@ class Movers:
                 continue
             fresh.append(track)
             speed = math.hypot(track.vx, track.vy)
-            if track.scans >= _SCANS and _SLOWEST < speed < _FASTEST:
+            entered = np.count_nonzero(free[first:last])
+            came = entered >= max(2.0, _ENTERED * (last - first))
+            if came and track.scans >= _SCANS and _SLOWEST < speed < _FASTEST:
                 velocity[first:last] = track.vx, track.vy
         self._tracks = fresh
         return velocity

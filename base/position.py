@@ -15,7 +15,7 @@ class Position:
 
     Args:
         goal: (3,) X_OB [m, m, rad].
-        tolerance: of x, y together [m] and of the heading [rad]; it sets out again at thrice that.
+        tolerance: of x, y together [m] and of the heading [rad]; it sets out again at twice that.
     """
 
     name = "position"

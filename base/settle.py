@@ -24,7 +24,8 @@ class Settle:
     """Brings an error below a tolerance.
 
     Args:
-        tolerance: of x, y together [m] and of the heading [rad]; at thrice that it sets out again.
+        tolerance: of x, y together [m] and of the heading [rad]; when the mean
+            error is twice that, or the newest thrice, it sets out again.
 
     Attributes:
         done: the mean of the error has stayed within the tolerance.
@@ -50,7 +51,7 @@ class Settle:
         share = min(max(now - self._newest, 0.0) / _TIME, 1.0)
         self._newest = now
         self._mean = error if self._mean is None else self._mean + share * (error - self._mean)
-        if self._beyond(self._mean, 3.0 if self.done else 1.0) or self._beyond(error, 4.0):
+        if self._beyond(self._mean, 2.0 if self.done else 1.0) or self._beyond(error, 3.0):
             self._since, self.done = None, False
         elif self._since is None:
             self._since = now

@@ -100,6 +100,7 @@ def run_one(job: Job) -> Result:
     plant = KinematicRobot(robot, setting.obstacles, setting.start, job.seed)
     command = np.zeros(3)
     commands, headings, costs = [command, command], [0.0, 0.0], []
+    at_scans, newest = [], None
     standing, now, reason = 0.0, 0.0, ""
     for i in range(round(LONGEST / PERIOD)):
         now = i * PERIOD
@@ -107,6 +108,9 @@ def run_one(job: Job) -> Result:
         begun = time.thread_time()
         message, status = platform.step(now, estimate, None, scan, bumper)
         costs.append(time.thread_time() - begun)
+        if scan is not newest:
+            at_scans.append(costs[-1])
+            newest = scan
         command = message.velocity
         commands.append(command)
         headings.append(float(plant.pose[2]))
@@ -128,6 +132,7 @@ def run_one(job: Job) -> Result:
         "direct": standing >= 1.0 and plant.travelled <= 1.3 * setting.shortest,
         "turns_per_min": _turns(given, np.array(headings)) / max(now / 60.0, 1e-9),
         "step_ms": float(np.median(costs)) * 1e3,
+        "scan_ms": float(np.median(at_scans)) * 1e3 if at_scans else None,
         "step_p99_ms": float(np.percentile(costs, 99)) * 1e3,
         **_limits(robot, given),
         **_accuracy(platform, plant, setting),

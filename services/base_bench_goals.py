@@ -60,6 +60,7 @@ GOALS = (
     Goal("clutter: clearance, smallest [mm]", "clutter", "clearance_mm", "min"),
     Goal("clutter: time, median [s]", "clutter", "time_s", "median"),
     Goal("clutter: swings a minute, median", "clutter", "turns_per_min", "median"),
+    Goal("clutter: swings a minute, worst", "clutter", "turns_per_min", "max"),
     Goal("crossing: collisions", "crossing", "collided", "sum", 0),
     Goal("crossing: arrive [share]", "crossing", "arrived", "share"),
     Goal("crossing: clearance, smallest [mm]", "crossing", "clearance_mm", "min"),
@@ -77,4 +78,7 @@ GOALS = (
         for what in ("acceleration", "jerk")
     ),
     Goal("clutter: a step, median [ms]", "clutter", "step_ms", "median", 2.0),
+    Goal("clutter: a step at a new scan, median [ms]", "clutter", "scan_ms", "median", 3.0),
+    Goal("dock: a step at a new scan, median [ms]", "dock", "scan_ms", "median", 3.0),
+    Goal("position: a step at a new scan, median [ms]", "position", "scan_ms", "median", 1.0),
 )

@@ -97,5 +97,6 @@ def _names(text: str, option: str, known: tuple[str, ...]) -> tuple[str, ...]:
 def _cell(value: float | None, met: bool | None) -> str:
     if value is None:
         return "-"
-    colour = {True: "green", False: "red", None: "default"}[met]
-    return f"[{colour}]{value:.3g}[/]"
+    if met is None:
+        return f"{value:.3g}"
+    return f"[green]{value:.3g} met[/]" if met else f"[red]{value:.3g} missed[/]"

@@ -19,7 +19,7 @@ from deploy.robot import Robot
 from services.messages import Bumper, Estimate, Scan
 from sim.bumpers import BumperSensor
 from sim.disturbance import Timed
-from sim.drive import clamp
+from sim.drive import STANDSTILL, clamp
 from sim.effects import Effects, effects_at
 from sim.laser import LaserSensor
 from sim.obstacle_specs import Obstacle
@@ -167,7 +167,7 @@ class KinematicRobot:
         self._rough = keep * self._rough + spread * np.array(self._imperfect.roughness) * drawn
         limits = self._platform.acceleration_limit
         v = self.velocity.tolist()
-        driving = max(map(abs, v)) > 1e-3
+        driving = max(map(abs, v)) > STANDSTILL  # as there: till then the floor pushes
         rough = self._rough.tolist()
         if self._chassis.drive == "differential":
             rough[1] = 0.0

@@ -200,6 +200,6 @@ def test_who_walks_is_told_from_what_stands() -> None:
         walker = arc + [3.0, -1.0 + 0.06 * i]
         post = arc + [2.0, 2.0]
         points = np.vstack([walker, post]) + 0.006 * rng.standard_normal((24, 2))
-        velocity = movers.track(0.1 * i, points)
+        velocity = movers.track(0.1 * i, points, np.repeat([True, False], 12))
     np.testing.assert_allclose(velocity[:12].mean(axis=0), [0.0, 0.6], atol=0.1)
     np.testing.assert_array_equal(velocity[12:], 0.0)
