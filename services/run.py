@@ -66,7 +66,8 @@ def run_lockstep(
     lockstep = Lockstep(services, listener=log, late=late)
     limit = round((scenario.duration if duration is None else duration) / TICK)
     armed = any(service.name == "arm" for service in services)
-    spoken, endings = (ARM_STATUS, PROGRAM_ENDED) if armed else (BASE_STATUS, BASE_ENDED)
+    works = armed and (scenario.task.program or not scenario.task.autostart)
+    spoken, endings = (ARM_STATUS, PROGRAM_ENDED) if works else (BASE_STATUS, BASE_ENDED)
     statuses = log.messages.setdefault(spoken.name, [])
     ended: int | None = None
     seen = 0
@@ -120,7 +121,7 @@ def all_figures(log: RunLog, scenario: Scenario) -> dict[str, float | bool | Non
 def outcome_of(log: RunLog) -> str:
     """How the arm's program ended, in words; without an arm, what the platform was to do."""
     statuses = log.series(ARM_STATUS)
-    if not statuses:
+    if not statuses or (not statuses[-1].reason and all(s.state == "idle" for s in statuses)):
         return _outcome_of_platform(log)
     last = statuses[-1]
     end = last.state if not last.reason else f"{last.state}: {last.reason}"
