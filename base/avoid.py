@@ -8,6 +8,7 @@ import numpy as np
 
 from base.behaviour import Senses, Vote
 from base.picture import Picture
+from base.planar import rotate
 from deploy.robot import Chassis
 from deploy.robot import Platform as Drive
 from services.messages import Array
@@ -78,7 +79,7 @@ class Avoid:
         away, distance = away[close], np.maximum(distance[close], 1e-3)
         n = away / distance[:, None]
         closing = np.maximum(-(n * picture.velocity[close]).sum(axis=1), 0.0)
-        command = _turn(pose[2], senses.command)
+        command = rotate(pose[2], senses.command)[:2]
         # still faster than commanded, as when braking, the lag carries it on
         carried = self._lag * np.maximum(n @ (estimate.velocity[:2] - command), 0.0)
         wait = self._wait + closing / self._braking
@@ -100,9 +101,3 @@ class Avoid:
                 b[first],
             ]
         )
-
-
-def _turn(heading: float, twist: Array) -> Array:
-    """(2,) the translation of a velocity (3,) in B, expressed in O."""
-    c, s = math.cos(heading), math.sin(heading)
-    return np.array([c * twist[0] - s * twist[1], s * twist[0] + c * twist[1]])

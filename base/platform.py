@@ -2,36 +2,26 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from pathlib import Path as File
+from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pydantic import ValidationError
 
-from base.approach import Approach
 from base.arbiter import Arbiter
 from base.avoid import Avoid
 from base.behaviour import STOP, Behaviour, Senses, Vote
-from base.dock import Dock
-from base.drive_to import DriveTo
-from base.find_way import FindWay
 from base.follow_path import FollowPath
 from base.give_way import GiveWay
 from base.hold_still import HoldStill
-from base.keep_in_reach import KeepInReach
-from base.nodes.build import load_program
 from base.notice import WARNING, Notice
-from base.paths import Path, build
 from base.picture import Picture
 from base.planar import rotate
-from base.position import Position
 from base.program import RunProgram
 from base.progress import Progress
 from base.respond_to_contact import RespondToContact
-from base.turn_drive_turn import TurnDriveTurn
+from base.tasks import Tasks, parse
 from deploy.robot import Robot
 from deploy.task import BaseTask
 from services.messages import (
@@ -79,15 +69,12 @@ class Platform:
         robot: Robot,
         task: BaseTask,
         restarted: bool = False,
-        beside: File | None = None,
+        beside: Path | None = None,
         avoid: bool = False,
         warn: bool = False,
     ) -> None:
         platform = robot.platform
-        self._description = platform
         self._differential = robot.chassis.drive == "differential"
-        self._beside = beside
-        self._reach = robot.arm.reach
         speed = np.array(platform.speed_limit)
         self._arbiter = Arbiter(
             speed * _ROLLING if self._differential else speed,
@@ -96,15 +83,17 @@ class Platform:
             robot.chassis.jerk_limit,
             task.fusion,
         )
-        self._radius = robot.chassis.radius
-        self._picture = None if robot.laser is None else Picture(robot.laser, self._radius)
-        self._standing: list[Behaviour] = []
+        radius, reach = robot.chassis.radius, robot.arm.reach
+        picture = None if robot.laser is None else Picture(robot.laser, radius)
+        self._tasks = Tasks(platform, robot.chassis, reach, PERIOD, picture, beside)
+        # beside whatever the task is
+        self._always: list[Behaviour] = []
         if robot.bumper is not None:
-            self._standing.append(RespondToContact())
-        if avoid and self._picture is not None:
-            self._standing.append(Avoid(self._picture, platform, robot.chassis, PERIOD))
+            self._always.append(RespondToContact())
+        if avoid and picture is not None:
+            self._always.append(Avoid(picture, platform, robot.chassis, PERIOD))
             if not self._differential:
-                self._standing.append(GiveWay(self._picture, self._radius))
+                self._always.append(GiveWay(picture, radius))
         self._progress = Progress()
         self._notice = Notice() if warn else None
         self._blocked = ""
@@ -118,10 +107,10 @@ class Platform:
         Raises:
             ValueError: one of that name takes part already.
         """
-        taken = {b.name for b in (*self._standing, self._main)} | {"stop"}
+        taken = {b.name for b in (*self._always, self._main)} | {"stop"}
         if behaviour.name in taken:
             raise ValueError(f"a behaviour {behaviour.name!r} takes part already")
-        self._standing.append(behaviour)
+        self._always.append(behaviour)
 
     def set_task(self, task: BaseTask) -> None:
         """Do something else from the next step on; a stop stays in force.
@@ -129,7 +118,7 @@ class Platform:
         Raises:
             ValueError: the task asks for more than the platform can do; the old one goes on.
         """
-        self._take(task, self._behaviour(task))
+        self._take(task, self._tasks.behaviour(task))
 
     def _take(self, task: BaseTask, main: Behaviour) -> None:
         self._main = main
@@ -163,15 +152,8 @@ class Platform:
         Raises:
             ValueError: as for ``set_behaviour``.
         """
-        try:
-            task = BaseTask.model_validate({"behaviour": behaviour, **options})
-        except ValidationError as error:
-            findings = [
-                f"{'.'.join(map(str, e['loc'])) or behaviour}: {e['msg']}" for e in error.errors()
-            ]
-            allowed = ", ".join(BaseTask.model_fields)
-            raise ValueError(f"{'; '.join(findings)}. Keys: {allowed}") from None
-        main = self._behaviour(task)
+        task = parse(behaviour, **options)
+        main = self._tasks.behaviour(task)
         return lambda: self._take(task, main)
 
     @property
@@ -183,6 +165,11 @@ class Platform:
         """
         if not isinstance(self._main, RunProgram):
             raise ValueError(f"no program is running: the task is {self._main.name}")
+        return self._main
+
+    @property
+    def main(self) -> Behaviour:
+        """The behaviour that does the task, whether or not it has begun."""
         return self._main
 
     @property
@@ -236,7 +223,7 @@ class Platform:
             if now < self._task.start_at:
                 main = self._waiting = self._waiting or HoldStill()
                 reason = f"{self._main.name} starts at {self._task.start_at:g} s"
-            for behaviour in (main, *self._standing):
+            for behaviour in (main, *self._always):
                 if behaviour is main and self._notice is not None and self._notice.counts(now):
                     vote = Vote(np.zeros(3), weight=0.0)  # a path's time must not run meanwhile
                 else:
@@ -301,59 +288,6 @@ class Platform:
             ahead = self._main.ahead([now + PERIOD * i for i in range(PLANNED + 1)])
             wanted = wanted + (ahead[1:] - ahead[0])
         return self._arbiter.plan(wanted)
-
-    def _behaviour(self, task: BaseTask) -> Behaviour:
-        if task.behaviour == "program":
-            given = {"goal": task.goal, "object": task.object}
-            return RunProgram(
-                load_program(task.program, self._beside),
-                self._differential,
-                self._pace(),
-                {k: np.array(v) for k, v in given.items() if v is not None},
-                self._picture,
-            )
-        if task.behaviour in ("find_way", "dock") and self._picture is None:
-            raise ValueError(f"behaviour {task.behaviour!r} needs a laser; this robot has none")
-        if self._differential and task.behaviour in ("dock", "position", "find_way"):
-            raise ValueError(f"behaviour {task.behaviour!r} needs a holonomic platform")
-        if task.behaviour == "dock" and self._picture is not None:
-            assert task.distance is not None
-            return Dock(task.distance, math.radians(task.bearing_deg), self._picture)
-        if task.behaviour == "position":
-            return Position(np.array(task.goal))
-        if task.behaviour == "find_way" and self._picture is not None:
-            return FindWay(np.array(task.goal), self._picture, self._radius)
-        if task.goal is not None and self._differential:
-            return TurnDriveTurn(np.array(task.goal), self._pace())
-        if task.goal is not None:
-            return DriveTo(np.array(task.goal))
-        if task.path is not None:
-            path = build(task.path)
-            self._refuse_too_fast(path)
-            lag, dead = self._description.lag, self._description.command_delay
-            origin = None if task.origin is None else np.array(task.origin)
-            return FollowPath(path, lag, dead + PERIOD / 2, origin)
-        if task.behaviour == "keep_in_reach":
-            ahead = self._description.command_delay + PERIOD / 2
-            return KeepInReach(self._reach, self._description.lag, ahead)
-        return HoldStill()
-
-    def _pace(self) -> Approach:
-        """How fast a goal is approached."""
-        speed, _, turn = self._description.speed_limit
-        gain = 2.0 if self._differential else 1.2
-        return Approach(speed=min(0.5, speed), turn=min(0.8, turn), gain=gain)
-
-    def _refuse_too_fast(self, path: Path) -> None:
-        horizon = min(path.duration, 60.0)
-        times = np.linspace(0, horizon, 1201)
-        body = [rotate(-path.pose(s)[2], path.velocity(s)) for s in times]
-        peak = np.max(np.abs(body), axis=0)
-        for what, asked, limit in zip(
-            ("vx", "vy", "yaw rate"), peak, self._description.speed_limit, strict=True
-        ):
-            if asked > limit + 1e-9:
-                raise ValueError(f"the path's {what} reaches {asked:.2f}; the limit is {limit:g}")
 
 
 def _unusable(now: float, estimate: Estimate | None) -> str:

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from base.dock import Dock
+from base.fusion import RULES as FUSION
 from base.planar import wrap
 from base.platform import PERIOD, Platform
 from deploy.robot import Robot, load_robot
@@ -26,7 +27,7 @@ from sim.obstacle_specs import Obstacle, Wall
 from sim.worlds import KINDS
 
 ROBOT = "xr4000_puma560"
-RULES = ("optimum", "weighted")
+RULES = tuple(FUSION)
 LONGEST = 90.0
 """After this, a run is over [s]."""
 _TURN = 0.05  # smallest command whose sign counts [m/s]
@@ -165,7 +166,7 @@ def _turns(commands: np.ndarray, headings: np.ndarray) -> int:
 
 def _accuracy(platform: Platform, plant: KinematicRobot, setting: Setting) -> Result:
     """Final error by the platform's own sensors and in truth [mm, deg]; of a place or a surface."""
-    own = plant._estimate.pose
+    own = plant.estimate.pose
     out: Result = {}
     if "goal" in setting.task:
         goal = np.array(setting.task["goal"])
@@ -173,7 +174,7 @@ def _accuracy(platform: Platform, plant: KinematicRobot, setting: Setting) -> Re
             out[f"{name}_mm"] = float(np.hypot(*(goal - pose)[:2])) * 1e3
             out[f"{name}_deg"] = abs(math.degrees(wrap(goal[2] - pose[2])))
         return out
-    main = platform._main
+    main = platform.main
     assert isinstance(main, Dock)
     if main.line is not None:
         height, facing = main.line.height(own[:2]), main.line.direction + math.pi - own[2]

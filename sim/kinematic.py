@@ -74,6 +74,7 @@ class KinematicRobot:
         clearance: smallest distance so far from the platform's edge to an obstacle [m].
         collided: whether it ever overlapped with one.
         travelled: length of the way so far [m].
+        estimate: newest, as the observer would give it.
     """
 
     def __init__(
@@ -108,7 +109,7 @@ class KinematicRobot:
         self._now: float | None = None
         self._scan: Scan | None = None
         self._touch: Bumper | None = None
-        self._estimate = Estimate(
+        self.estimate = Estimate(
             t=0.0,
             pose=self.pose.copy(),
             velocity=np.zeros(3),
@@ -216,10 +217,10 @@ class KinematicRobot:
         vx, vy, w = self.velocity.tolist()
         velocity = np.array([c * vx - s * vy, s * vx + c * vy, w])
         noise = self._noise.standard_normal(6)
-        self._estimate = replace(
-            self._estimate,
+        self.estimate = replace(
+            self.estimate,
             t=now,
             pose=counted + noise[:3] * self._imperfect.pose_noise,
             velocity=velocity + noise[3:] * self._imperfect.velocity_noise,
         )
-        return self._estimate
+        return self.estimate
