@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import get_args
 
+from deploy.task import BaseTask, Task
 from sim.disturbance import KINDS
 from sim.obstacle_specs import Box, Mover, Pillar, Wall
 from sim.scenario import load_scenario
@@ -39,6 +41,15 @@ def test_the_page_names_every_obstacle_and_its_keys() -> None:
         row = next(line for line in text.splitlines() if line.startswith(f"| `{_kind(model)}` |"))
         for key in set(model.model_fields) - {"kind"}:
             assert f"`{key}`" in row, (model, key)
+
+
+def test_the_page_names_every_key_of_the_task() -> None:
+    """Nothing that arm and platform can be told is left out of the tables."""
+    section = PAGE.read_text().split("## The task")[1].split("## Obstacles")[0]
+    for key in (*set(Task.model_fields) - {"base"}, *BaseTask.model_fields):
+        assert f"`{key}`" in section, key
+    for name in get_args(BaseTask.model_fields["behaviour"].annotation):
+        assert f"`{name}`" in section, name
 
 
 def _kind(model: type[Box | Wall | Pillar | Mover]) -> str:
