@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from base.approach import Approach
 from base.behaviour import Senses, Vote
-from base.planar import difference
+from base.planar import difference, within
 from services.messages import Array
 
 
@@ -46,11 +44,7 @@ class DriveTo:
         """The velocity towards the goal; exactly zero once there."""
         pose = senses.estimate.pose
         error = difference(self._goal, pose)
-        scale = 3.0 if self._arrived else 1.0
-        self._arrived = (
-            math.hypot(error[0], error[1]) <= scale * self._tolerance[0]
-            and abs(error[2]) <= scale * self._tolerance[1]
-        )
+        self._arrived = within(error, self._tolerance, 3.0 if self._arrived else 1.0)
         if self._arrived:
             return Vote(np.zeros(3))
         return Vote(self._approach.velocity(error, pose[2]))

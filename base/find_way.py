@@ -9,7 +9,7 @@ import numpy as np
 from base.approach import Approach
 from base.behaviour import Senses, Vote
 from base.picture import Picture
-from base.planar import difference, rotate
+from base.planar import difference, rotate, within
 from base.polyline import clear
 from base.way_map import Way, WayMap
 from services.messages import Array
@@ -24,8 +24,8 @@ class FindWay:
     """Steers for the furthest point of the way that can be reached straight; slower where narrow.
 
     What was never seen counts as free, so the way may lead into a dead end; once seen, that is
-    remembered. Without a way it stands still, says why after ``_PATIENCE``, and goes on by itself
-    when one opens.
+    remembered. Without a way it stands still, is ``blocked`` after two seconds, and goes on by
+    itself when one opens.
 
     Args:
         goal: (3,) X_OB to reach [m, m, rad].
@@ -71,11 +71,7 @@ class FindWay:
         if picture.scan is None:
             return Vote(np.zeros(3), reason="no scan yet")
         error = difference(self._goal, pose)
-        scale = 3.0 if self._state == "arrived" else 1.0
-        if (
-            math.hypot(error[0], error[1]) <= scale * self._tolerance[0]
-            and abs(error[2]) <= scale * self._tolerance[1]
-        ):
+        if within(error, self._tolerance, 3.0 if self._state == "arrived" else 1.0):
             self._state, self._lost_since = "arrived", None
             return Vote(np.zeros(3))
         if new or self._way is None:

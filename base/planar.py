@@ -38,6 +38,18 @@ def difference(goal: Array, pose: Array) -> Array:
     return out
 
 
+def within(error: Array, tolerance: tuple[float, float], scale: float = 1.0) -> bool:
+    """Whether an error (3,) is no larger than a tolerance, in place and in heading.
+
+    Args:
+        error: x, y [m] and heading [rad].
+        tolerance: of x, y together [m] and of the heading [rad].
+        scale: on both; who has arrived asks with more, so that noise does not make it set out.
+    """
+    near = math.hypot(error[0], error[1]) <= scale * tolerance[0]
+    return near and bool(abs(error[2]) <= scale * tolerance[1])
+
+
 def shorten(twist: Array, translation: float, turn: float) -> Array:
     """Limit the length of the translation and the size of the turn; directions stay."""
     length = math.hypot(twist[0], twist[1])

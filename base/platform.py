@@ -60,6 +60,9 @@ class Platform:
         avoid: stop before what the laser sees and make way for it, and stand without scans.
         warn: say ``starting`` for a while before moving from rest (``base/notice.py``).
 
+    Attributes:
+        picture: what the laser shows, None without one.
+
     Raises:
         ValueError: the task asks for more than the platform can do.
     """
@@ -85,6 +88,7 @@ class Platform:
         )
         radius, reach = robot.chassis.radius, robot.arm.reach
         picture = None if robot.laser is None else Picture(robot.laser, radius)
+        self.picture = picture
         self._tasks = Tasks(platform, robot.chassis, reach, PERIOD, picture, beside)
         # beside whatever the task is
         self._always: list[Behaviour] = []
@@ -213,35 +217,13 @@ class Platform:
             The command, and what each behaviour wanted.
         """
         reason = self._stopped or _unusable(now, estimate) or self._blocked
-        votes: dict[str, Vote] = {}
+        votes: dict[str, Vote]
         if reason or estimate is None:
-            votes["stop"] = STOP
+            votes = {"stop": STOP}
             state = "blocked" if reason and reason == self._blocked else "stopped"
         else:
             senses = Senses(estimate, arm, scan, bumper, vision or {}, self._arbiter.chosen)
-            main = self._main
-            if now < self._task.start_at:
-                main = self._waiting = self._waiting or HoldStill()
-                reason = f"{self._main.name} starts at {self._task.start_at:g} s"
-            for behaviour in (main, *self._always):
-                if behaviour is main and self._notice is not None and self._notice.counts(now):
-                    vote = Vote(np.zeros(3), weight=0.0)  # a path's time must not run meanwhile
-                else:
-                    vote = behaviour.vote(now, senses)
-                if not np.isfinite(vote.velocity).all():
-                    vote, reason = STOP, f"{behaviour.name} asked for a velocity that is no number"
-                if self._differential:  # what is not possible shall not weigh on what is
-                    vote = replace(vote, velocity=vote.velocity * _ROLLING)
-                votes[behaviour.name] = vote
-            says = [votes[main.name].reason, *(v.reason for v in votes.values())]
-            reason = reason or next(filter(None, says), "")
-            nowhere = self._check(now, estimate, votes, main)
-            state = "blocked" if nowhere else main.state
-            if nowhere:  # it stands, rather than to feel its way along what holds it
-                votes[main.name] = replace(votes[main.name], velocity=np.zeros(3))
-            reason = f"{nowhere}: {reason}" if nowhere and reason else nowhere or reason
-            if self._warns(now, votes):
-                state, reason = "starting", reason or f"about to move; warning for {WARNING:g} s"
+            votes, state, reason = self._ask(now, senses)
         chosen = self._arbiter.choose(now, votes)
         shown = {name: [*map(float, v.velocity), float(v.weight)] for name, v in votes.items()}
         return (
@@ -250,6 +232,34 @@ class Platform:
             ),
             BaseStatus(t=now, state=state, reason=reason, votes=shown, chosen=chosen),
         )
+
+    def _ask(self, now: float, senses: Senses) -> tuple[dict[str, Vote], str, str]:
+        """The votes of all that take part, by name; state and reason of the platform."""
+        votes: dict[str, Vote] = {}
+        main, reason = self._main, ""
+        if now < self._task.start_at:
+            main = self._waiting = self._waiting or HoldStill()
+            reason = f"{self._main.name} starts at {self._task.start_at:g} s"
+        for behaviour in (main, *self._always):
+            if behaviour is main and self._notice is not None and self._notice.counts(now):
+                vote = Vote(np.zeros(3), weight=0.0)  # a path's time must not run meanwhile
+            else:
+                vote = behaviour.vote(now, senses)
+            if not np.isfinite(vote.velocity).all():
+                vote, reason = STOP, f"{behaviour.name} asked for a velocity that is no number"
+            if self._differential:  # what is not possible shall not weigh on what is
+                vote = replace(vote, velocity=vote.velocity * _ROLLING)
+            votes[behaviour.name] = vote
+        says = [votes[main.name].reason, *(v.reason for v in votes.values())]
+        reason = reason or next(filter(None, says), "")
+        nowhere = self._check(now, senses.estimate, votes, main)
+        state = "blocked" if nowhere else main.state
+        if nowhere:  # it stands, rather than to feel its way along what holds it
+            votes[main.name] = replace(votes[main.name], velocity=np.zeros(3))
+        reason = f"{nowhere}: {reason}" if nowhere and reason else nowhere or reason
+        if self._warns(now, votes):
+            state, reason = "starting", reason or f"about to move; warning for {WARNING:g} s"
+        return votes, state, reason
 
     def _warns(self, now: float, votes: dict[str, Vote]) -> bool:
         """Whether people are being warned; what stands is held until they have been."""

@@ -6,11 +6,9 @@ held against that until it comes to rest within the tolerance, and left alone th
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
-from base.planar import rotate, shorten
+from base.planar import rotate, shorten, within
 from services.messages import Array
 
 _GAIN = 4.0  # [1/s]
@@ -24,8 +22,8 @@ class Settle:
     """Brings an error below a tolerance.
 
     Args:
-        tolerance: of x, y together [m] and of the heading [rad]; when the mean
-            error is twice that, or the newest thrice, it sets out again.
+        tolerance: of x, y together [m] and of the heading [rad]; when the mean error is twice
+            that, or the newest thrice, it sets out again.
 
     Attributes:
         done: the mean of the error has stayed within the tolerance.
@@ -65,5 +63,4 @@ class Settle:
         return rotate(-heading, wanted)
 
     def _beyond(self, error: Array, scale: float) -> bool:
-        away = math.hypot(error[0], error[1])
-        return away > scale * self._tolerance[0] or abs(error[2]) > scale * self._tolerance[1]
+        return not within(error, self._tolerance, scale)

@@ -86,8 +86,8 @@ def test_in_clutter_that_stands_nothing_is_taken_for_moving(robot: Robot, seed: 
     for i in range(300):
         estimate, scan, _ = plant.step(i * PERIOD, command)
         command = platform.step(i * PERIOD, estimate, None, scan)[0].velocity
-        assert platform._picture is not None
-        moving.append(platform._picture.scan is not None and platform._picture.moving.any())
+        assert platform.picture is not None
+        moving.append(platform.picture.scan is not None and platform.picture.moving.any())
     assert np.mean(moving) < 0.01
 
 
