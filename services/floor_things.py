@@ -12,7 +12,7 @@ from matplotlib.patches import Circle, Polygon
 from numpy.typing import NDArray
 
 from deploy.robot import Robot
-from services.evaluation import hermite
+from services.curves import hermite
 from services.runlog import RunLog
 from services.topics import SCAN
 from sim.obstacle_specs import Box, Mover, Pillar, Wall

@@ -16,7 +16,8 @@ import matplotlib.pyplot as plt
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
-from services.evaluation import Stroke, arm_worked, distance_to_path, hermite, strokes_of
+from services.curves import distance_to_path, hermite
+from services.evaluation import Stroke, arm_worked, strokes_of
 from services.floor_picture import floor
 from services.runlog import RunLog
 from services.sharing_picture import sharing
