@@ -9,8 +9,8 @@ behaviours, the task's  ``hold_still``, ``drive_to`` (``turn_drive_turn`` on a d
                         ``find_way``, ``position``, ``dock``, ``follow_path``, ``keep_in_reach``,
                         ``program``
 behaviours, always      ``avoid``, ``give_way``, ``respond_to_contact``
-what the laser shows    ``picture``, made of ``view`` (one scan), ``movers``, ``standing`` (points
-                        remembered), ``seen`` (floor known to be free); ``line`` (a surface)
+what the laser shows    ``picture``, made of ``view`` (one scan), ``movers``, ``remembered``
+                        (standing points), ``seen`` (floor known to be free); ``line`` (a surface)
 ways and motions        ``way_map`` and ``polyline`` (among obstacles), ``paths`` (in time),
                         ``approach`` (speed towards a goal), ``settle`` (the last millimetres),
                         ``stand`` (rest, then hold), ``planar`` (poses and twists)

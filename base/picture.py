@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from base.behaviour import Senses
 from base.movers import Movers
+from base.remembered import Remembered
 from base.seen import Seen
-from base.standing import Standing
 from base.view import View
 from deploy.robot import Laser
 from services.messages import Array, Scan
@@ -48,7 +48,7 @@ class Picture:
         self._laser, self._radius = laser, radius
         self._poses: deque[tuple[float, float, float, float]] = deque(maxlen=16)
         self._movers = Movers()
-        self._standing = Standing()
+        self._remembered = Remembered()
         self.seen = Seen()
         self._views: deque[View] = deque(maxlen=max(_BEFORE))
         self.scan: Scan | None = None
@@ -58,7 +58,7 @@ class Picture:
     @property
     def remembered(self) -> Array:
         """(m, 2) standing points in O, of this scan and earlier ones."""
-        return self._standing.points
+        return self._remembered.points
 
     def look(self, now: float, senses: Senses) -> bool:
         """Take in what is new; whether there was a new scan."""
@@ -103,8 +103,8 @@ class Picture:
         view = View(scan, origin, float(pose[2]))
         self._views.append(view)
         self.seen.add(view, origin)
-        self._standing.forget(view)
-        self._standing.add(scan.t, self.points[~self.moving])
+        self._remembered.forget(view)
+        self._remembered.add(scan.t, self.points[~self.moving])
 
     def _was_free(self) -> NDArray[np.bool_]:
         """(n,) which of ``points`` are where a while ago there was nothing."""

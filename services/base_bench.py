@@ -30,7 +30,7 @@ ROBOT = "xr4000_puma560"
 RULES = tuple(FUSION)
 LONGEST = 90.0
 """After this, a run is over [s]."""
-_TURN = 0.05  # smallest command whose sign counts [m/s]
+_SWING = 0.05  # smallest command whose sign counts [m/s]
 
 Result = dict[str, Any]
 
@@ -131,7 +131,7 @@ def run_one(job: Job) -> Result:
         "time_s": now,
         "length_ratio": plant.travelled / setting.shortest if standing >= 1.0 else None,
         "direct": standing >= 1.0 and plant.travelled <= 1.3 * setting.shortest,
-        "turns_per_min": _turns(given, np.array(headings)) / max(now / 60.0, 1e-9),
+        "swings_per_min": _swings(given, np.array(headings)) / max(now / 60.0, 1e-9),
         "step_ms": float(np.median(costs)) * 1e3,
         "scan_ms": float(np.median(at_scans)) * 1e3 if at_scans else None,
         "step_p99_ms": float(np.percentile(costs, 99)) * 1e3,
@@ -153,13 +153,13 @@ def _limits(robot: Robot, commands: np.ndarray) -> Result:
     }
 
 
-def _turns(commands: np.ndarray, headings: np.ndarray) -> int:
+def _swings(commands: np.ndarray, headings: np.ndarray) -> int:
     """How often x or y of the command in W changes its sign within a second: swinging."""
     c, s = np.cos(headings), np.sin(headings)
     vx, vy = commands[:, 0], commands[:, 1]
     count = 0
     for column in (c * vx - s * vy, s * vx + c * vy):
-        signs = [(i, v > 0) for i, v in enumerate(column) if abs(v) > _TURN]
+        signs = [(i, v > 0) for i, v in enumerate(column) if abs(v) > _SWING]
         count += sum(a[1] != b[1] and (b[0] - a[0]) * PERIOD < 1.0 for a, b in pairwise(signs))
     return count
 

@@ -25,11 +25,18 @@ from sim.scenario import Scenario
 ARM_SILENT = 0.05
 """The platform stops when an arm that was heard has been silent for this long [s]."""
 FAILED = ("safe_hold", "protective_stop")
+"""States of an arm that cannot make up for the platform's motion ..."""
 WORKING = ("running", "resuming", "paused", "finished")
+"""... and of one that can again."""
 
 
 class BaseService:
-    """The platform's behaviours."""
+    """The platform's behaviours, and what of the arm decides whether they may drive.
+
+    Args:
+        scenario: for the task, the robot, and which sensors are switched off.
+        restarted: the process died before; come up stopped.
+    """
 
     name = "base"
     period = PERIOD

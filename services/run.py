@@ -46,7 +46,8 @@ def run_lockstep(
 ) -> Run:
     """Run a scenario until its program has ended or its time is over.
 
-    Where no arm runs, the program is that of the platform, or what else the platform is to do.
+    Where no arm runs, or it has nothing to run, the program is that of the platform, or what else
+    the platform is to do.
 
     Args:
         scenario: what happens.

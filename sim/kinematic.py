@@ -33,7 +33,7 @@ PERIOD = 0.05
 DT = 0.005
 """... in pieces of this [s]."""
 QUICKEST = 2.0
-"""No platform comes nearer to something that stands faster than this [m/s]."""
+"""The drive brings a platform no faster than this to something that stands [m/s]."""
 
 
 @dataclass(frozen=True)

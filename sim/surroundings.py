@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 STIFFNESS = 5e5
 """Of the rubber around the platform [N/m]; its damping is critical."""
 QUICKEST = 2.5
-"""No platform comes nearer to something that stands faster than this [m/s]."""
+"""No platform, pushed or driving, comes faster than this to something that stands [m/s]."""
 
 
 class Surroundings:

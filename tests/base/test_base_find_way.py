@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from base.platform import PERIOD, Platform
+from base.remembered import Remembered
 from base.seen import Seen
-from base.standing import Standing
 from base.view import View
 from base.way_map import WayMap
 from deploy.robot import Robot, load_robot
@@ -66,7 +66,7 @@ def test_floor_that_was_never_seen_costs_more() -> None:
 
 def test_a_standing_point_is_remembered_until_a_beam_goes_through_it() -> None:
     """Seen once, kept while hidden, dropped when the beams that would meet it go on."""
-    memory = Standing()
+    memory = Remembered()
     memory.add(0.0, np.array([[2.0, 0.0]]))
     hidden = View(scan_of(np.full(360, 1.0), 0.1), np.zeros(2), 0.0)
     memory.forget(hidden)

@@ -15,7 +15,7 @@ _MOST = 20  # scans that a remembered point is the mean of at most
 _FAR = 1 << 20  # cells either side of the middle of O
 
 
-class Standing:
+class Remembered:
     """A memory of points, each the mean of what was seen in its cell, so that noise averages out.
 
     Attributes:
