@@ -10,13 +10,15 @@ from base.approach import Approach
 from base.behaviour import Senses, Vote
 from base.picture import Picture
 from base.planar import difference, rotate, within
-from base.polyline import clear
+from base.polyline import NEXT, clear
 from base.way_map import Way, WayMap
 from services.messages import Array
 
 _PATIENCE = 2.0  # without a way before it is called blocked [s]
 _AHEAD = 1.2  # along the way to the point steered for, at most [m]
 _FORESIGHT = 1.6  # what moves is taken to go on for this long [s]
+_SPARE = 0.02  # left to what stands, or the way does not fit [m]
+_COMFORT = 0.25  # from which on more room is not better [m]
 _EDGE = 0.06  # of what moves, between points that stand for it [m]
 
 
@@ -49,7 +51,7 @@ class FindWay:
         self._picture, self._radius = picture, radius
         self._approach = approach or Approach(speed=0.7, turn=0.6, deceleration=0.5)
         self._tolerance = tolerance
-        self._map = WayMap(fits=radius + 0.02, comfort=radius + 0.25)
+        self._map = WayMap(fits=radius + _SPARE, comfort=radius + _COMFORT)
         self._way: Way | None = None
         self._lost_since: float | None = None
         self._state, self._reason = "driving", ""
@@ -118,7 +120,7 @@ class FindWay:
         assert way is not None
         step = np.diff(way.points, axis=0)
         passed = np.concatenate([[0.0], np.cumsum(np.hypot(step[:, 0], step[:, 1]))])
-        nearest = int(np.argmin(np.hypot(*(way.points[:40] - pose[:2]).T)))
+        nearest = int(np.argmin(np.hypot(*(way.points[:NEXT] - pose[:2]).T)))
         passed = passed - passed[nearest]
         target = self._furthest(way, passed, nearest, pose)
         toward = way.points[target] - pose[:2]

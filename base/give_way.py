@@ -17,6 +17,9 @@ _KEEP = 0.15  # wanted between the platform's edge and what moves [m] ...
 _STANDING = 0.03  # ... and what stands
 _HOLD = 0.4  # it goes on for so long after the last danger, so that nothing flickers [s]
 _DIRECTIONS = 24
+# costs, all in m/s of change that they are worth: of a metre too near to what moves or stands,
+# and of another course than the newest, so that two that are as good do not take turns
+_NEAR_MOVING, _NEAR_STANDING, _FICKLE = 12.0, 30.0, 0.3
 
 
 class GiveWay:
@@ -75,11 +78,12 @@ class GiveWay:
         clear = self._clearance(choices, velocity, away, speeds)
         standing = picture.points[~moving] - pose[:2]
         standing = standing[np.hypot(standing[:, 0], standing[:, 1]) < 2.2 + self._radius]
-        cost = 12.0 * np.maximum(1.3 * _KEEP - clear, 0.0)
+        cost = _NEAR_MOVING * np.maximum(1.3 * _KEEP - clear, 0.0)
         if len(standing):
             still = self._clearance(choices, velocity, standing, np.zeros_like(standing))
-            cost += 30.0 * np.maximum(_STANDING - still, 0.0)
-        cost += np.hypot(*(choices - command).T) + 0.3 * np.hypot(*(choices - self._newest).T)
+            cost += _NEAR_STANDING * np.maximum(_STANDING - still, 0.0)
+        change = np.hypot(*(choices - command).T)
+        cost += change + _FICKLE * np.hypot(*(choices - self._newest).T)
         self._newest = choices[int(np.argmin(cost))]
         wanted = rotate(-pose[2], np.array([*self._newest, 0.0]))
         return Vote(wanted, self._weight, reason="gives way")

@@ -10,6 +10,8 @@ from services.messages import Array
 
 CELL = 0.05
 """Between points of a way [m]."""
+NEXT = 40
+"""Of a way as it was found, the platform is still near one of so many first points."""
 
 
 def clear(start: Array, end: Array, points: Array) -> float:
@@ -35,6 +37,6 @@ def line(start: Array, end: Array) -> Array:
 
 def rest(points: Array, start: Array) -> Array:
     """(n, 2) what is left of a way, from where the platform is now."""
-    away = np.hypot(*(points[:40] - start).T)
+    away = np.hypot(*(points[:NEXT] - start).T)
     left = points[min(int(np.argmin(away)) + 1, len(points) - 1) :]
     return np.vstack([line(start, left[0]), left[1:]])

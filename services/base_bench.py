@@ -166,27 +166,34 @@ def _swings(commands: np.ndarray, headings: np.ndarray) -> int:
 
 def _accuracy(platform: Platform, plant: KinematicRobot, setting: Setting) -> Result:
     """Final error by the platform's own sensors and in truth [mm, deg]; of a place or a surface."""
-    own = plant.estimate.pose
-    out: Result = {}
     if "goal" in setting.task:
-        goal = np.array(setting.task["goal"])
-        for name, pose in (("own", own), ("true", plant.pose)):
-            out[f"{name}_mm"] = float(np.hypot(*(goal - pose)[:2])) * 1e3
-            out[f"{name}_deg"] = abs(math.degrees(wrap(goal[2] - pose[2])))
-        return out
-    main = platform.main
-    assert isinstance(main, Dock)
-    if main.line is not None:
-        height, facing = main.line.height(own[:2]), main.line.direction + math.pi - own[2]
-        out["own_mm"] = abs(height - setting.task["distance"]) * 1e3
+        return _off_goal(plant, np.array(setting.task["goal"]))
+    dock, wall = platform.main, setting.obstacles[0]
+    assert isinstance(dock, Dock) and isinstance(wall, Wall)
+    return _off_surface(dock, plant, wall, setting.task["distance"])
+
+
+def _off_goal(plant: KinematicRobot, goal: np.ndarray) -> Result:
+    out: Result = {}
+    for name, pose in (("own", plant.estimate.pose), ("true", plant.pose)):
+        out[f"{name}_mm"] = float(np.hypot(*(goal - pose)[:2])) * 1e3
+        out[f"{name}_deg"] = abs(math.degrees(wrap(goal[2] - pose[2])))
+    return out
+
+
+def _off_surface(dock: Dock, plant: KinematicRobot, wall: Wall, distance: float) -> Result:
+    """Of the line that the platform has fitted, if it has, and of the wall that is there."""
+    out: Result = {}
+    own = plant.estimate.pose
+    if dock.line is not None:
+        height, facing = dock.line.height(own[:2]), dock.line.direction + math.pi - own[2]
+        out["own_mm"] = abs(height - distance) * 1e3
         out["own_deg"] = abs(math.degrees(wrap(facing)))
-    wall = setting.obstacles[0]
-    assert isinstance(wall, Wall)
     (x0, y0), (x1, y1) = wall.start, wall.end
     along = np.array([x1 - x0, y1 - y0]) / math.dist(wall.start, wall.end)
     normal = np.array([-along[1], along[0]])  # its sign does not matter
     height = abs(float(normal @ (plant.pose[:2] - [x0, y0]))) - wall.thickness / 2
-    out["true_mm"] = abs(height - setting.task["distance"]) * 1e3
+    out["true_mm"] = abs(height - distance) * 1e3
     facing = math.degrees(wrap(math.atan2(along[1], along[0]) - math.pi / 2 - plant.pose[2]))
     out["true_deg"] = abs(facing)
     return out

@@ -211,7 +211,7 @@ def _ends(axis: Any, way: Way, scenario: Scenario, radius: float) -> None:
     axis.plot([], [], "o", mfc="none", mec=START, mew=2, ms=12, label="start")
     if base.goal is not None:
         goal = np.array(base.goal)
-        _outline(axis, goal, radius, GOAL, lw=1.6, fill=True, facecolor="#1f4e9c22", zorder=2.2)
+        _outline(axis, goal, radius, GOAL, lw=1.6, fill=True, facecolor=f"{GOAL}22", zorder=2.2)
         axis.plot(*goal[:2], "x", color=GOAL, ms=9, mew=2, zorder=4.5)
         axis.plot([], [], "X", color=GOAL, ms=9, mew=0, label="goal, and the platform there")
     if base.object is not None:
