@@ -17,12 +17,10 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 M = TypeVar("M")
-DOF = 6  # joints of the arm
 PROGRAM_ENDED = ("finished", "protective_stop")
 """States of the arm in which its program is over."""
 
 __all__ = [
-    "DOF",
     "PROGRAM_ENDED",
     "ArmCommand",
     "ArmState",
@@ -95,13 +93,21 @@ class Message:
 
 @_message
 class ArmState(Message):
-    """Joints and wrist load cell of the arm."""
+    """Joints and load cells of the arm; of two arms, first the left one's, then the right one's."""
 
-    q: Array = array(DOF, unit="rad", lo=-10, hi=10)
-    qd: Array = array(DOF, unit="rad/s", lo=-100, hi=100)
-    tau: Array = array(DOF, unit="N m", lo=-1000, hi=1000)
-    wrench: Array = array(6, unit="N, N m", lo=-1e4, hi=1e4)
-    """Force [N] then moment [N m] of the world on the tool, in the load cell's frame T."""
+    q: Array = array(None, unit="rad", lo=-10, hi=10)
+    qd: Array = array(None, unit="rad/s", lo=-100, hi=100)
+    tau: Array = array(None, unit="N m", lo=-1000, hi=1000)
+    wrench: Array = array(None, unit="N, N m", lo=-1e4, hi=1e4)
+    """Force [N] then moment [N m] of the world on the tool, in the load cell's frame; six values
+    a cell."""
+
+    def of(self, joints: int, cells: int) -> bool:
+        """Whether it is of a robot with so many joints and load cells."""
+        return (
+            self.q.shape == self.qd.shape == self.tau.shape == (joints,)
+            and len(self.wrench) == 6 * cells
+        )
 
 
 @_message
@@ -135,7 +141,12 @@ class Imu(Message):
 class ArmCommand(Message):
     """Joint torques [N m], computed from the arm state of instant ``t``."""
 
-    tau: Array = array(DOF, unit="N m", lo=-1000, hi=1000)
+    tau: Array = array(None, unit="N m", lo=-1000, hi=1000)
+    """In the order of ``ArmState.q``."""
+
+    def of(self, joints: int) -> bool:
+        """Whether it is for a robot with so many joints."""
+        return self.tau.shape == (joints,)
 
 
 @_message
@@ -270,8 +281,8 @@ class Truth(Message):
     pose: Array = array(3, unit="m, m, rad")
     velocity: Array = array(3, unit="m/s, m/s, rad/s")
     acceleration: Array = array(3, unit="m/s^2, m/s^2, rad/s^2")
-    q: Array = array(DOF, unit="rad")
-    qd: Array = array(DOF, unit="rad/s")
+    q: Array = array(None, unit="rad")
+    qd: Array = array(None, unit="rad/s")
     tip: Array = array(3, unit="m")
     """Pen tip p_ST_S in the board's frame [m]; z is the distance in front of the board."""
     force: float = number("N", -1e5, 1e5)
@@ -285,6 +296,11 @@ class Truth(Message):
     """Names of the disturbances acting at ``t``."""
     clearance: float = number("m", -1e3, 1e3, default=1e3)
     """From the platform's edge to the nearest obstacle; negative where they overlap."""
+    bodies: dict[str, list[float]] = field(default_factory=dict)
+    """X_WX of bodies worth knowing, by name: x, y, z [m], then w, x, y, z of the rotation as a
+    unit quaternion."""
+    forces: dict[str, list[float]] = field(default_factory=dict)
+    """Contact force on bodies by name, in W: x, y, z [N]."""
 
 
 @_message
