@@ -172,6 +172,8 @@ class Vision(Strict):
 
     rate: Positive
     delay: NonNegative
+    position: Vector3
+    """p_BC of the camera [m]."""
     farthest: Positive
     """[m]"""
     field_of_view: Positive
