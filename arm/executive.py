@@ -13,10 +13,12 @@ from pathlib import PurePath
 import numpy as np
 from numpy.typing import NDArray
 
+from arm.board_place import BoardPlace
 from arm.control import LowPass
 from arm.control.objective import smooth
 from arm.control.priority import priorities
 from arm.control.torque_law import Gains, TorqueLaw
+from arm.ground_work import GroundWork
 from arm.hds import ABORT, Automaton, Program
 from arm.limits import Limits
 from arm.model import ArmModel
@@ -26,7 +28,7 @@ from arm.platform_motion import PlatformMotion
 from arm.recovery import AWAY, Retreat, Return, Station
 from arm.reference import JointReference
 from deploy.task import BoardPose
-from services.messages import ArmCommand, ArmState, ArmStatus, Estimate
+from services.messages import ArmCommand, ArmState, ArmStatus, BoardEstimate, Estimate
 
 Array = NDArray[np.float64]
 
@@ -72,8 +74,8 @@ class Executive:
         self._law = TorqueLaw(self.model, gains)
         self._limits = Limits(self.model)
         self._reference = JointReference(np.array(self.model.robot.arm.velocity_limit))
-        self._R_OS = board.rotation()
-        self._p_OS = board.position()
+        self._board = BoardPlace(board)
+        self._R_OS, self._p_OS = self._board.R, self._board.p
         self.state = "idle"
         self.reason = ""
         self._automaton: Automaton | None = None
@@ -105,6 +107,7 @@ class Executive:
         self._start_control = False
         self._resync = False
         self._station_lost = False
+        self._work = GroundWork(self.model)
 
     # --- requests: each raises ValueError with the reason when it cannot be granted -----------
 
@@ -150,6 +153,10 @@ class Executive:
     def platform_pose(self) -> Array:
         """Where the platform is taken to be: X_OB, shape (3,) [m, m, rad]."""
         return self._platform.base.pose
+
+    def see_board(self, seen: BoardEstimate | None) -> None:
+        """Take in where the observer sees the board, None if it does not."""
+        self._board.see(seen)
 
     def pause(self) -> None:
         """Let go of the board and wait.
@@ -313,6 +320,8 @@ class Executive:
             if isinstance(self._control, Retreat) and self.state in ("paused", "finished", "idle"):
                 self._take(Station(0.0))
         base = self._platform.base
+        self._board.follow(state.t)
+        self._R_OS, self._p_OS = self._board.R, self._board.p
         reference = self._reference
         reference.advance(dt)
         kinematics = self.model.place(base, reference.q, reference.qd)
@@ -336,6 +345,7 @@ class Executive:
             contact=contact,
             stiffness=self._stiffness,
             pace=self._pace,
+            drift=self._board.velocity,
         )
         self._run(context)
         objective = self._last.objective
@@ -533,6 +543,10 @@ class Executive:
                 "safe_hold", f"near a singular posture: manipulability {manipulability:.3f}"
             )
 
+    def _pressing(self) -> bool:
+        """Whether a node of a running program is at work on the board."""
+        return self.state == "running" and self._node is not None and self._node.pressing
+
     def _touching(self) -> bool:
         """Whether the tool may be in contact."""
         pressing = self._control is not None and self._control.pressing
@@ -580,4 +594,7 @@ class Executive:
             joint_margin=self._limits.joint_margin,
             goal_number=0 if self._goal is None else self._goals,
             goal=np.zeros(3) if self._goal is None else self._goal,
+            **self._work.of(
+                now, self._last, self._pressing(), self._R_OS, self._p_OS, self._reference
+            ),
         )

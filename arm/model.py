@@ -140,6 +140,17 @@ class ArmModel:
         tau += bias[ARM]
         return tau
 
+    def carried_momentum(self, qd: Array) -> Array:
+        """What motion of the joints alone gives the robot, at the state last placed.
+
+        Args:
+            qd: joint rates, shape (6,) [rad/s].
+
+        Returns:
+            Momentum along x, y of O [N s] and about the vertical through B [N m s], shape (3,).
+        """
+        return np.asarray(self._skeleton.getMassMatrix()[PLATFORM, ARM] @ qd)
+
     def inertia_diagonal(self) -> Array:
         """Inertia each joint sees at the state of the last ``torque``, shape (6,) [kg m^2]."""
         return self._inertia

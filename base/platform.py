@@ -2,17 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path as File
 from typing import Any
 
 import numpy as np
 from pydantic import ValidationError
 
+from base.approach import Approach
 from base.arbiter import Arbiter
 from base.behaviour import STOP, Behaviour, Senses, Vote
 from base.drive_to import DriveTo
 from base.follow_path import FollowPath
 from base.hold_still import HoldStill
+from base.keep_in_reach import KeepInReach
+from base.nodes.build import load_program
 from base.paths import Path, build
+from base.planar import rotate
+from base.program import RunProgram
+from base.turn_drive_turn import TurnDriveTurn
 from deploy.robot import Robot
 from deploy.task import BaseTask
 from services.messages import ArmStatus, BaseCommand, BaseStatus, Estimate
@@ -21,6 +30,7 @@ PERIOD = 0.05
 """Time between steps [s]."""
 AGE_LIMIT = 0.05
 """Age beyond which an estimate is not driven on [s]."""
+_ROLLING = np.array([1.0, 0.0, 1.0])  # what a differential drive can do of V_OB_B
 
 
 class Platform:
@@ -34,14 +44,24 @@ class Platform:
         robot: description, for the limits and the lag of the drive.
         task: what to do.
         restarted: the process was running before and died; come up stopped.
+        beside: folder that relative paths of programs start from.
 
     Raises:
         ValueError: the task asks for more than the platform can do.
     """
 
-    def __init__(self, robot: Robot, task: BaseTask, restarted: bool = False) -> None:
+    def __init__(
+        self,
+        robot: Robot,
+        task: BaseTask,
+        restarted: bool = False,
+        beside: File | None = None,
+    ) -> None:
         platform = robot.platform
         self._description = platform
+        self._differential = robot.chassis.drive == "differential"
+        self._beside = beside
+        self._reach = robot.arm.reach
         self._arbiter = Arbiter(platform.speed_limit, platform.acceleration_limit, PERIOD)
         self._standing: list[Behaviour] = []
         self._stopped = "restarted; waiting for resume" if restarted else ""
@@ -65,7 +85,10 @@ class Platform:
         Raises:
             ValueError: the task asks for more than the platform can do; the old one goes on.
         """
-        self._main = self._behaviour(task)
+        self._take(task, self._behaviour(task))
+
+    def _take(self, task: BaseTask, main: Behaviour) -> None:
+        self._main = main
         self._task = task
         self._waiting = None
 
@@ -81,11 +104,19 @@ class Platform:
         """Change the task by name.
 
         Args:
-            behaviour: ``hold_still``, ``drive_to`` or ``follow_path``.
-            **options: keys of the scenario's ``[task.base]`` table.
+            behaviour: as in the scenario's ``[task.base]`` table.
+            **options: the other keys of that table.
 
         Raises:
             ValueError: unknown name or option; the text says what is allowed.
+        """
+        self.prepare(behaviour, **options)()
+
+    def prepare(self, behaviour: str, **options: Any) -> Callable[[], None]:
+        """As ``set_behaviour``, in two parts: what is returned is quick, and reads no file.
+
+        Raises:
+            ValueError: as for ``set_behaviour``.
         """
         try:
             task = BaseTask.model_validate({"behaviour": behaviour, **options})
@@ -95,7 +126,19 @@ class Platform:
             ]
             allowed = ", ".join(BaseTask.model_fields)
             raise ValueError(f"{'; '.join(findings)}. Keys: {allowed}") from None
-        self.set_task(task)
+        main = self._behaviour(task)
+        return lambda: self._take(task, main)
+
+    @property
+    def program(self) -> RunProgram:
+        """The program that is the task.
+
+        Raises:
+            ValueError: the task is none.
+        """
+        if not isinstance(self._main, RunProgram):
+            raise ValueError(f"no program is running: the task is {self._main.name}")
+        return self._main
 
     @property
     def stopped(self) -> str:
@@ -143,7 +186,10 @@ class Platform:
                 vote = behaviour.vote(now, senses)
                 if not np.isfinite(vote.velocity).all():
                     vote, reason = STOP, f"{behaviour.name} asked for a velocity that is no number"
+                if self._differential:  # what is not possible shall not weigh on what is
+                    vote = replace(vote, velocity=vote.velocity * _ROLLING)
                 votes[behaviour.name] = vote
+            reason = reason or votes[main.name].reason
             state = main.state
         chosen = self._arbiter.choose(now, votes)
         shown = {name: [*map(float, v.velocity), float(v.weight)] for name, v in votes.items()}
@@ -153,6 +199,16 @@ class Platform:
         )
 
     def _behaviour(self, task: BaseTask) -> Behaviour:
+        if task.behaviour == "program":
+            given = {"goal": task.goal, "object": task.object}
+            return RunProgram(
+                load_program(task.program, self._beside),
+                self._differential,
+                self._pace(),
+                {k: np.array(v) for k, v in given.items() if v is not None},
+            )
+        if task.goal is not None and self._differential:
+            return TurnDriveTurn(np.array(task.goal), self._pace())
         if task.goal is not None:
             return DriveTo(np.array(task.goal))
         if task.path is not None:
@@ -161,15 +217,25 @@ class Platform:
             lag, dead = self._description.lag, self._description.command_delay
             origin = None if task.origin is None else np.array(task.origin)
             return FollowPath(path, lag, dead + PERIOD / 2, origin)
+        if task.behaviour == "keep_in_reach":
+            ahead = self._description.command_delay + PERIOD / 2
+            return KeepInReach(self._reach, self._description.lag, ahead)
         return HoldStill()
+
+    def _pace(self) -> Approach:
+        """How fast a goal is approached."""
+        speed, _, turn = self._description.speed_limit
+        return Approach(speed=min(0.5, speed), turn=min(0.8, turn))
 
     def _refuse_too_fast(self, path: Path) -> None:
         horizon = min(path.duration, 60.0)
-        peak = np.max([np.abs(path.velocity(s)) for s in np.linspace(0, horizon, 1201)], axis=0)
+        times = np.linspace(0, horizon, 1201)
+        body = [rotate(-path.pose(s)[2], path.velocity(s)) for s in times]
+        peak = np.max(np.abs(body), axis=0)
         for what, asked, limit in zip(
             ("vx", "vy", "yaw rate"), peak, self._description.speed_limit, strict=True
         ):
-            if asked > limit:
+            if asked > limit + 1e-9:
                 raise ValueError(f"the path's {what} reaches {asked:.2f}; the limit is {limit:g}")
 
 

@@ -19,6 +19,7 @@ from deploy.robot import NonNegative, Positive, Vector3
 from deploy.tomlfile import BadFile, Strict
 
 __all__ = [
+    "BASE_PROGRAMS",
     "PROGRAMS",
     "BaseTask",
     "BoardPose",
@@ -31,6 +32,7 @@ __all__ = [
 ]
 
 PROGRAMS = Path(__file__).parent.parent / "arm" / "programs"
+BASE_PROGRAMS = Path(__file__).parent.parent / "base" / "programs"
 
 Metres = Annotated[float, Field(ge=-100, le=100)]
 Angle = Annotated[float, Field(ge=-2 * math.pi, le=2 * math.pi)]
@@ -123,25 +125,38 @@ PathSpec = Annotated[SwayPath | CirclePath | PolylinePath, Field(discriminator="
 class BaseTask(Documented):
     """What the platform is to do."""
 
-    behaviour: Literal["hold_still", "drive_to", "follow_path"] = "hold_still"
+    behaviour: Literal["hold_still", "drive_to", "follow_path", "keep_in_reach", "program"] = (
+        "hold_still"
+    )
     goal: Pose2 | None = None
-    """For drive_to: X_OB to reach, x, y [m], heading [rad]."""
+    """For drive_to: X_OB to reach, x, y [m], heading [rad]. For program: its frame ``goal``."""
     path: PathSpec | None = None
     """For follow_path: relative to ``origin``."""
     origin: Pose2 | None = None
     """For follow_path: X_OB that the path starts from; if not given, where the platform is then."""
+    program: str = ""
+    """For program: one in base/programs (``approach.hds``), or a path beside the scenario."""
+    object: Pose2 | None = None
+    """For program: its frame ``object``, whose x axis points out of the object's front."""
     start_at: NonNegative = 0.0
     """The platform holds still before this robot time [s]."""
 
     @model_validator(mode="after")
     def _complete(self) -> BaseTask:
-        for key, behaviour in (("goal", "drive_to"), ("path", "follow_path")):
-            given = getattr(self, key) is not None
-            if given != (self.behaviour == behaviour):
-                verb = "does not use" if given else "needs"
-                raise ValueError(f"behaviour {self.behaviour!r} {verb} {key!r}")
-        if self.origin is not None and self.path is None:
-            raise ValueError(f"behaviour {self.behaviour!r} does not use 'origin'")
+        may = {
+            "goal": ("drive_to", "program"),
+            "path": ("follow_path",),
+            "origin": ("follow_path",),
+            "program": ("program",),
+            "object": ("program",),
+        }
+        needs = {("drive_to", "goal"), ("follow_path", "path"), ("program", "program")}
+        for key, behaviours in may.items():
+            given = getattr(self, key) not in (None, "")
+            if given and self.behaviour not in behaviours:
+                raise ValueError(f"behaviour {self.behaviour!r} does not use {key!r}")
+            if not given and (self.behaviour, key) in needs:
+                raise ValueError(f"behaviour {self.behaviour!r} needs {key!r}")
         return self
 
 
@@ -154,29 +169,39 @@ class Task(Documented):
     """Start the program by itself at ``start_at``; otherwise a person does."""
     start_at: NonNegative = 0.5
     """Robot time at which the program starts [s]; live it starts when every service is ready."""
+    shape_by_seed: bool = False
+    """Set ``Shape`` of the program's nodes to the seed of the run, plus one."""
     board: BoardPose = BoardPose()
     """Where the board is believed to be: X_OS."""
+    watch_board: bool = False
+    """Follow the board by vision as odometry drifts against it."""
     base: BaseTask = BaseTask()
 
 
-def find_program(program: str, beside: Path | None = None) -> Path:
+def find_program(
+    program: str,
+    beside: Path | None = None,
+    folders: tuple[Path, ...] = (PROGRAMS,),
+    key: str = "task.program",
+) -> Path:
     """The file of a program.
 
     Args:
-        program: name of a file in arm/programs, with or without ``.hds``, or a path.
+        program: name of a file in one of the folders, with or without ``.hds``, or a path.
         beside: folder that relative paths start from.
+        folders: where programs of that name are looked for; by default those of the arm.
+        key: what asks for it, named in the error; empty for a person.
 
     Raises:
         BadFile: there is none; the known ones are named.
     """
     name = program if program.endswith(".hds") else f"{program}.hds"
-    candidates = [folder / name for folder in ((beside, PROGRAMS) if beside else (PROGRAMS,))]
+    candidates = [folder / name for folder in ((beside,) if beside else ()) + folders]
     for path in candidates:
         if path.is_file():
             return path
-    known = sorted(p.name for p in PROGRAMS.glob("*.hds"))
+    known = sorted(p.name for folder in folders for p in folder.glob("*.hds"))
     near = difflib.get_close_matches(name, known, n=1)
     hint = f" (did you mean {near[0]!r}?)" if near else ""
-    raise BadFile(
-        candidates[0], [f"task.program: no program {program!r}{hint}. Known: {', '.join(known)}"]
-    )
+    asks = f"{key}: " if key else ""
+    raise BadFile(candidates[0], [f"{asks}no program {program!r}{hint}. Known: {', '.join(known)}"])

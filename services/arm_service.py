@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ from arm.reachable import Reachability
 from deploy.task import find_program
 from deploy.tomlfile import BadFile
 from services.service import Inbox, Outbox, Reply, act_on
-from services.topics import ARM_COMMAND, ARM_STATE, ARM_STATUS, ESTIMATE, Topic
+from services.topics import ARM_COMMAND, ARM_STATE, ARM_STATUS, BOARD, ESTIMATE, Topic
 from sim.scenario import Scenario
 
 
@@ -22,7 +23,7 @@ class ArmService:
 
     name = "arm"
     period = 0.001
-    inputs: tuple[Topic, ...] = (ARM_STATE, ESTIMATE)
+    inputs: tuple[Topic, ...] = (ARM_STATE, ESTIMATE, BOARD)
     verbs: tuple[str, ...] = (
         "start",
         "pause",
@@ -36,10 +37,12 @@ class ArmService:
         "event",
     )
 
-    def __init__(self, scenario: Scenario, live: bool, restarted: bool) -> None:
+    def __init__(self, scenario: Scenario, live: bool, restarted: bool, seed: int = 0) -> None:
         self._executive = Executive(scenario.robot, scenario.task.board)
         path = scenario.program_path()
         self._program: Program | None = load(path, REGISTRY) if path else None
+        if self._program is not None and scenario.task.shape_by_seed:
+            self._program = shaped(self._program, seed + 1)
         self._start_at = scenario.task.start_at
         # live, the supervisor starts the program, once every service is there
         self._waiting = scenario.task.autostart and self._program is not None and not live
@@ -55,6 +58,7 @@ class ArmService:
             return []
         self._t = state.t
         estimate = inbox.latest(ESTIMATE)
+        self._executive.see_board(inbox.latest(BOARD))
         command, status = self._executive.step(state, estimate)
         if self._waiting and now >= self._start_at and self._executive.sees:
             self._waiting = False
@@ -107,3 +111,14 @@ class ArmService:
     def state(self) -> tuple[str, str]:
         """State and reason of the executive."""
         return self._executive.state, self._executive.reason
+
+
+def shaped(program: Program, shape: int) -> Program:
+    """The same program, with parameter ``Shape`` of every node that has one set to ``shape``."""
+    nodes = {
+        name: replace(node, parameters={**node.parameters, "Shape": shape})
+        if "Shape" in node.parameters
+        else node
+        for name, node in program.nodes.items()
+    }
+    return replace(program, nodes=nodes)

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from services import cli_program_look, cli_requests
-from services.cli_common import Json, show_json
+from services.cli_common import Json, fail, show_json
 
 if TYPE_CHECKING:
     from arm.hds import Parameter
 
 program = typer.Typer(
-    help="Programs of the arm (*.hds).", no_args_is_help=True, rich_markup_mode=None
+    help="Programs of arm and platform (*.hds).", no_args_is_help=True, rich_markup_mode=None
 )
 for command in (
     cli_requests.start,
@@ -34,7 +34,9 @@ for command in (
 
 @program.command()
 def check(
-    files: Annotated[list[Path], typer.Argument(help="Files, or names in arm/programs.")],
+    files: Annotated[
+        list[Path], typer.Argument(help="Files, or names in arm/programs or base/programs.")
+    ],
     json: Json = False,
     control: Annotated[
         bool, typer.Option("--control", help="Also run them in simulation: do nodes prepare?")
@@ -47,14 +49,17 @@ def check(
 ) -> None:
     """Check programs: all findings at once; exit code 1 if one of them must not run."""
     from arm.hds import Finding, ProgramError, load, render
-    from arm.nodes import REGISTRY
-    from arm.nodes.build import unusable
+    from services.program_kinds import kind_of
 
     found: list[Finding] = []
     for name in files:
         try:
-            made = load(_file(name), REGISTRY)
-            found += [*made.warnings, *unusable(REGISTRY, made)]
+            file = _file(name)
+            kind = kind_of(file)
+            if control and kind.owner != "arm":
+                fail(f"{name}: control conditions are those of the arm's node types", 2)
+            made = load(file, kind.registry)
+            found += [*made.warnings, *kind.unusable(made)]
         except ProgramError as error:
             found += error.findings
         except OSError as error:
@@ -80,26 +85,31 @@ def _file(name: Path) -> Path:
     Raises:
         OSError: there is none; the text says which there are.
     """
-    if name.is_file():
-        return name
-    from deploy.task import find_program  # takes a while to import
-    from deploy.tomlfile import BadFile
+    from deploy.tomlfile import BadFile  # takes a while to import
+    from services.program_kinds import find
 
     try:
-        return find_program(str(name))
+        return find(name)
     except BadFile as error:
-        raise OSError(error.findings[0].removeprefix("task.program: ")) from None
+        raise OSError(error.findings[0]) from None
 
 
 @program.command()
-def types(json: Json = False) -> None:
+def types(
+    owner: Annotated[str, typer.Argument(help="Whose: arm or platform.")] = "arm",
+    json: Json = False,
+) -> None:
     """List the node types with their parameters, units, ranges and events."""
-    from arm.nodes import REGISTRY
+    from services import program_kinds
 
+    try:
+        registry = program_kinds.kind(owner).registry
+    except ValueError as error:
+        fail(str(error), 2)
     if json:
-        show_json({name: dataclasses.asdict(kind) for name, kind in REGISTRY.items()})
+        show_json({name: dataclasses.asdict(kind) for name, kind in registry.items()})
         return
-    for name, kind in REGISTRY.items():
+    for name, kind in registry.items():
         typer.echo(f"{name}: {kind.doc}")
         typer.echo(f"  raises {', '.join(event.name for event in kind.events)}")
         for p in kind.parameters:

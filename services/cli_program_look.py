@@ -12,19 +12,24 @@ import typer
 from services.cli_common import Json, fail, show_json
 
 if TYPE_CHECKING:
-    from arm.hds import Program
+    from arm.hds import Program, Registry
     from arm.hds.sketch import Sketch
 
-File = Annotated[Path, typer.Argument(help="A file, or a name in arm/programs.")]
+File = Annotated[Path, typer.Argument(help="A file, or a name in arm/programs or base/programs.")]
 
 
-def load_or_fail(name: Path) -> Program:
-    """The checked program; leaves with its findings and exit code 1 if it must not run."""
+def load_or_fail(name: Path) -> tuple[Program, Registry]:
+    """The checked program, and the node types of whoever it is for.
+
+    Leaves with its findings and exit code 1 if it must not run.
+    """
     from arm.hds import ProgramError, load
-    from arm.nodes import REGISTRY
+    from services.program_kinds import kind_of
 
     try:
-        return load(find(name), REGISTRY)
+        file = find(name)
+        registry = kind_of(file).registry
+        return load(file, registry), registry
     except ProgramError as error:
         typer.echo(str(error), err=True)
         raise typer.Exit(1) from None
@@ -34,25 +39,24 @@ def load_or_fail(name: Path) -> Program:
 
 def find(name: Path) -> Path:
     """The file of a program given as a file or by name; leaves with an error without one."""
-    from deploy.task import find_program
     from deploy.tomlfile import BadFile
+    from services import program_kinds
 
     try:
-        return name if name.is_file() else find_program(str(name))
+        return program_kinds.find(name)
     except BadFile as error:
-        fail(error.findings[0].removeprefix("task.program: "))
+        fail(error.findings[0])
 
 
 def explain(file: File, json: Json = False) -> None:
     """Print a program as H = (Q, X, I, f, E, G, T), its discrete part, and what it can do."""
     from arm.hds import explain as hds
-    from arm.nodes import REGISTRY
 
-    program = load_or_fail(file)
+    program, registry = load_or_fail(file)
     if json:
-        show_json(hds.explanation(program, REGISTRY))
+        show_json(hds.explanation(program, registry))
     else:
-        typer.echo(hds.explain(program, REGISTRY))
+        typer.echo(hds.explain(program, registry))
 
 
 def verify(
@@ -65,11 +69,10 @@ def verify(
     from arm.hds import ProgramError, render
     from arm.hds.product import render_verdict, verify_program
     from arm.hds.specification import load_specification
-    from arm.nodes import REGISTRY
 
-    program = load_or_fail(file)
+    program, registry = load_or_fail(file)
     try:
-        wanted = load_specification(spec, program, REGISTRY)
+        wanted = load_specification(spec, program, registry)
     except ProgramError as error:
         if json:
             found = [dataclasses.asdict(f) for f in error.findings]
@@ -77,7 +80,7 @@ def verify(
         else:
             typer.echo(render(error.findings), err=True)
         raise typer.Exit(1) from None
-    verdict = verify_program(program, REGISTRY, wanted, abort)
+    verdict = verify_program(program, registry, wanted, abort)
     if json:
         show_json(
             {
@@ -144,10 +147,11 @@ def _sketch(file: Path) -> tuple[Sketch, bool]:
     from arm.hds import ProgramError, load
     from arm.hds.broken import broken_sketch
     from arm.hds.sketch import sketch
-    from arm.nodes import REGISTRY
+    from services.program_kinds import kind_of
 
+    registry = kind_of(file).registry
     try:
-        return sketch(load(file, REGISTRY), REGISTRY), False
+        return sketch(load(file, registry), registry), False
     except ProgramError as error:
         text = file.read_text(encoding="utf-8", errors="replace")
         return broken_sketch(text, str(file), error.findings), True
@@ -168,9 +172,8 @@ def step(
     event was refused, or the events were over before the end.
     """
     from arm.hds.walk import Refused, Walk, split_events
-    from arm.nodes import REGISTRY
 
-    walk = Walk(load_or_fail(file), REGISTRY)
+    walk = Walk(*load_or_fail(file))
     typer.echo(walk.where())
     if events or not sys.stdin.isatty():
         for line in split_events(events or sys.stdin.read()):

@@ -40,7 +40,8 @@ def build_service(
     if name == "observer":
         from services.observer_service import ObserverService
 
-        return ObserverService(observer, scenario.robot)
+        watched = scenario.task.board if scenario.task.watch_board else None
+        return ObserverService(observer, scenario.robot, watched)
     if name == "base":
         from services.base_service import BaseService
 
@@ -48,5 +49,5 @@ def build_service(
     if name == "arm":
         from services.arm_service import ArmService
 
-        return ArmService(scenario, live, restarted)
+        return ArmService(scenario, live, restarted, seed)
     raise ValueError(f"unknown service {name!r}. Known: {', '.join(SERVICES)}")

@@ -19,8 +19,11 @@ Array = NDArray[np.float64]
 M = TypeVar("M")
 PROGRAM_ENDED = ("finished", "protective_stop")
 """States of the arm in which its program is over."""
+BASE_ENDED = ("finished", "arrived", "aborted")
+"""States of the platform in which what it was to do is over."""
 
 __all__ = [
+    "BASE_ENDED",
     "PROGRAM_ENDED",
     "ArmCommand",
     "ArmState",
@@ -29,6 +32,7 @@ __all__ = [
     "BadMessage",
     "BaseCommand",
     "BaseStatus",
+    "BoardEstimate",
     "Bumper",
     "Clock",
     "Estimate",
@@ -226,6 +230,26 @@ class Estimate(Message):
 
 
 @_message
+class BoardEstimate(Message):
+    """Where the observer believes the board to be in odometry's frame at instant ``t``."""
+
+    pose: Array = array(3, unit="m, m, rad", lo=-1e5, hi=1e5)
+    """X_OS in the plane: x, y of its origin [m], yaw as of ``task.board`` [rad]; without steps."""
+    velocity: Array = array(3, unit="m/s, m/s, rad/s", lo=-10, hi=10)
+    """The derivative of ``pose``: O drifts as the platform drives."""
+    covariance: Array = array(3, 3, unit="m^2, rad^2")
+    """Of what is believed, which ``pose`` follows."""
+    wheel_scale: float = number("1", 0.1, 10.0, default=1.0)
+    """Way that odometry reads over the way that was driven."""
+    age: float = number("s", 0.0, default=0.0)
+    """Of the newest sighting that was used."""
+    taken: int = 0
+    """Sightings used since the start, ..."""
+    refused: int = 0
+    """... and refused."""
+
+
+@_message
 class ArmStatus(Message):
     """What the arm is doing, and how far it is from its limits."""
 
@@ -259,6 +283,24 @@ class ArmStatus(Message):
         default_factory=lambda: np.zeros(3), metadata={"spec": Spec((3,), "m, m, rad", -1e5, 1e5)}
     )
     """Where the program asks the platform to be: X_OB."""
+    anchored: bool = False
+    """The tool is at work on something that stands on the ground, at ``tool``."""
+    tool: Array = field(
+        default_factory=lambda: np.zeros(3), metadata={"spec": Spec((3,), "m", -1e5, 1e5)}
+    )
+    """Where it is meant to be at ``t``: p_OT [m]."""
+    tool_velocity: Array = field(
+        default_factory=lambda: np.zeros(3), metadata={"spec": Spec((3,), "m/s", -100, 100)}
+    )
+    """And where it goes from there, the derivative of ``tool`` [m/s]."""
+    facing: float = number("rad", -10, 10, default=0.0)
+    """Heading with which the platform looks square onto what the tool works on."""
+    speed_margin: float = number("1", 0.0, 1.0, default=1.0)
+    """Share of its speed limit that the joint nearest to its own has left."""
+    reaction: Array = field(
+        default_factory=lambda: np.zeros(3), metadata={"spec": Spec((3,), "N, N m", -1e4, 1e4)}
+    )
+    """Force and moment F_B of the moving arm on the platform in O, mean since the last status."""
 
 
 @_message

@@ -6,10 +6,21 @@ from collections.abc import Callable
 from typing import Any
 
 from deploy.robot import load_robot
+from deploy.task import BoardPose
 from observer.baselines import TruthReference
+from observer.board_frame import BoardFrame
 from observer.observer import make_observer
 from services.service import Inbox, Outbox, Reply
-from services.topics import BASE_COMMAND, ESTIMATE, IMU, ODOMETRY, TRUTH, Topic
+from services.topics import (
+    BASE_COMMAND,
+    BOARD,
+    ESTIMATE,
+    IMU,
+    ODOMETRY,
+    TRUTH,
+    VISION,
+    Topic,
+)
 
 
 class ObserverService:
@@ -19,17 +30,21 @@ class ObserverService:
     period = 0.002
     verbs: tuple[str, ...] = ()
 
-    def __init__(self, kind: str, robot: str) -> None:
+    def __init__(self, kind: str, robot: str, board: BoardPose | None = None) -> None:
+        # not every task wants its board moved under the arm by what a camera sees
+        self._board = None if board is None else BoardFrame((board.x, board.y, board.yaw))
         self._observer = make_observer(kind, load_robot(robot))
         # truth is for reference runs alone: no other kind so much as subscribes to it
         self._truth = self._observer if isinstance(self._observer, TruthReference) else None
         self.inputs: tuple[Topic, ...] = (ODOMETRY, IMU, BASE_COMMAND)
+        if self._board is not None:
+            self.inputs += (VISION,)
         if self._truth is not None:
             self.inputs += (TRUTH,)
         self._state = ("starting", "")
 
     def step(self, now: float, inbox: Inbox) -> Outbox:
-        """Fuse what arrived, publish the estimate at ``now``."""
+        """Fuse what arrived, publish the estimate at ``now``, and where the board is if seen."""
         if self._truth is not None:
             for truth in inbox.new(TRUTH):
                 self._truth.tell(truth.t, truth.pose, truth.velocity, truth.acceleration)
@@ -37,7 +52,11 @@ class ObserverService:
             now, inbox.new(ODOMETRY), inbox.new(IMU), inbox.new(BASE_COMMAND)
         )
         self._state = ("valid" if estimate.valid else "invalid", estimate.reason)
-        return [(ESTIMATE, estimate)]
+        out: Outbox = [(ESTIMATE, estimate)]
+        if self._board is not None:
+            board = self._board.step(estimate, inbox.new(VISION))
+            out += [] if board is None else [(BOARD, board)]
+        return out
 
     def prepare(self, verb: str, args: dict[str, Any]) -> Callable[[], Reply]:
         """The observer answers no requests."""

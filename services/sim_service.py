@@ -7,7 +7,18 @@ from typing import Any, ClassVar
 
 from services import messages as m
 from services.service import Inbox, Outbox, Reply
-from services.topics import ARM_COMMAND, ARM_STATE, BASE_COMMAND, IMU, ODOMETRY, TRUTH, Topic
+from services.topics import (
+    ARM_COMMAND,
+    ARM_STATE,
+    BASE_COMMAND,
+    BUMPER,
+    IMU,
+    ODOMETRY,
+    SCAN,
+    TRUTH,
+    VISION,
+    Topic,
+)
 from sim.disturbance import disturbance_from
 from sim.scenario import Scenario
 from sim.simulator import Simulator
@@ -24,6 +35,9 @@ class SimService:
         m.ArmState: ARM_STATE,
         m.Odometry: ODOMETRY,
         m.Imu: IMU,
+        m.Scan: SCAN,
+        m.Bumper: BUMPER,
+        m.Vision: VISION,
         m.Truth: TRUTH,
     }
 

@@ -54,6 +54,7 @@ VISION = Topic("robot/vision", m.Vision, "sim", 30, 0.5, depth=16)
 ARM_COMMAND = Topic("arm/command", m.ArmCommand, "arm", 1000, 0.05, control=True, log_rate=200)
 BASE_COMMAND = Topic("base/command", m.BaseCommand, "base", 20, 0.1, control=True, depth=8)
 ESTIMATE = Topic("observer/estimate", m.Estimate, "observer", 500, 0.05, control=True, log_rate=200)
+BOARD = Topic("observer/board", m.BoardEstimate, "observer", 50, 0.5)
 ARM_STATUS = Topic("arm/status", m.ArmStatus, "arm", 50, 0.5)
 BASE_STATUS = Topic("base/status", m.BaseStatus, "base", 20, 0.5)
 TRUTH = Topic("sim/truth", m.Truth, "sim", 200, 0.5)
@@ -72,6 +73,7 @@ _ALL: tuple[Topic[Any], ...] = (
     ARM_COMMAND,
     BASE_COMMAND,
     ESTIMATE,
+    BOARD,
     ARM_STATUS,
     BASE_STATUS,
     TRUTH,

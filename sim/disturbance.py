@@ -12,7 +12,7 @@ from deploy.robot import NonNegative
 from deploy.task import Documented
 
 Direction = Annotated[float, Field(ge=-360, le=360)]
-Sensor = Literal["odometry", "imu"]
+Sensor = Literal["odometry", "imu", "laser", "vision", "bumper"]
 Body = Literal[
     "platform",
     "link1",
@@ -125,9 +125,18 @@ class Noise(Timed):
     kind: Literal["noise"] = "noise"
     duration: Annotated[float, Field(gt=0, le=3600)] = 1.0
     """[s]"""
-    sensor: Sensor
+    sensor: Literal["odometry", "imu", "laser", "vision"]
     factor: Annotated[float, Field(ge=0, le=100)]
     """Of the standard deviation [1]."""
+
+
+class Blinded(Timed):
+    """A sensor goes on speaking but sees nothing: a laser reports 0 in every beam."""
+
+    kind: Literal["blinded"] = "blinded"
+    duration: Annotated[float, Field(gt=0, le=3600)] = 1.0
+    """[s]"""
+    sensor: Literal["laser", "vision"]
 
 
 class Bias(Timed):
@@ -147,7 +156,7 @@ class Bias(Timed):
 
 
 Disturbance = Annotated[
-    Push | Bump | Slip | Dropout | Delay | Noise | Bias, Field(discriminator="kind")
+    Push | Bump | Slip | Dropout | Delay | Noise | Blinded | Bias, Field(discriminator="kind")
 ]
 
 KINDS: dict[str, type[Timed]] = {

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.disturbance import Bias, Bump, Delay, Dropout, Noise, Push, Slip, Timed
+from sim.disturbance import Bias, Blinded, Bump, Delay, Dropout, Noise, Push, Slip, Timed
 
 Array = NDArray[np.float64]
 GRAVITY = 9.81
@@ -30,6 +30,7 @@ class Effects:
     slip_acceleration: Array = field(default_factory=lambda: np.zeros(2))
     """Its derivative [m/s^2]."""
     dropout: set[str] = field(default_factory=set)
+    blinded: set[str] = field(default_factory=set)
     delay: dict[str, float] = field(default_factory=dict)
     noise: dict[str, float] = field(default_factory=dict)
     gyro_bias: Array = field(default_factory=lambda: np.zeros(3))
@@ -68,6 +69,8 @@ def effects_at(now: float, timeline: list[Timed]) -> Effects:
             )
         elif isinstance(d, Dropout):
             out.dropout.add(d.sensor)
+        elif isinstance(d, Blinded):
+            out.blinded.add(d.sensor)
         elif isinstance(d, Delay):
             out.delay[d.sensor] = out.delay.get(d.sensor, 0.0) + d.extra
         elif isinstance(d, Noise):

@@ -6,15 +6,17 @@ alone; controllers are given ``[task]`` (``deploy/task.py``) and the robot's des
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
-from typing import Annotated, TypeVar
+from typing import Annotated, Literal, TypeVar, get_args
 
-from pydantic import Field, PrivateAttr
+from pydantic import Field, PrivateAttr, field_validator
 
 from deploy.robot import MobileBase, NonNegative, Positive, Vector3
 from deploy.task import Angle, BoardPose, Documented, Metres, Pose2, Task, find_program
 from deploy.tomlfile import BadFile, load_toml
 from sim.disturbance import Disturbance, near
+from sim.obstacle_specs import Obstacle
 
 __all__ = [
     "SCENARIOS",
@@ -46,6 +48,8 @@ class Board(BoardPose):
     """Along x_S [m]."""
     height: Positive = 0.9
     """Along y_S [m]."""
+    markers: Annotated[tuple[Metres, ...], Field(max_length=20)] = (0.0,)
+    """Where cameras find it: at these places along x_S, on the line y_S = 0 [m]."""
 
 
 class Mismatch(Documented):
@@ -130,6 +134,8 @@ class World(Documented):
     """Rise of the floor along x and y of W [rad]; the accelerometer notices, the platform stays."""
     friction_pen: Annotated[float, Field(ge=0, le=2)] = 0.3
     """Coulomb friction coefficient of pen on board [1]."""
+    obstacle: tuple[Obstacle, ...] = ()
+    """What stands and walks around; the board is no obstacle, a wall behind it is."""
     mismatch: Mismatch = Mismatch()
 
 
@@ -183,18 +189,73 @@ class LoadCellSensor(Documented):
     """[N m] per sample."""
 
 
+class LaserSensor(Documented):
+    """What differs from the robot's description; absent keys keep it."""
+
+    enabled: bool = True
+    rate: Annotated[float, Field(ge=1, le=100)] | None = None
+    """[Hz]"""
+    delay: Annotated[float, Field(ge=0, le=1)] | None = None
+    """Sample to arrival [s]."""
+    field_of_view: Annotated[float, Field(gt=0, le=2 * math.pi)] | None = None
+    """Symmetric about x of B [rad]."""
+    increment: Annotated[float, Field(ge=0.001, le=1)] | None = None
+    """Between beams [rad]."""
+    farthest: Annotated[float, Field(gt=0, le=1000)] | None = None
+    """[m]"""
+    noise: NonNegative | None = None
+    """Of a range, standard deviation [m]."""
+    dropout: Probability = 0.0
+    """Share of scans lost at random."""
+
+
+class BumperSensor(Documented):
+    """What differs from the robot's description; absent keys keep it."""
+
+    enabled: bool = True
+    rate: Annotated[float, Field(ge=1, le=1000)] | None = None
+    """[Hz]"""
+    dropout: Probability = 0.0
+    """Share of messages lost at random."""
+
+
+class VisionSensor(Documented):
+    """What differs from the robot's description; absent keys keep it."""
+
+    enabled: bool = True
+    rate: Annotated[float, Field(ge=1, le=200)] | None = None
+    """[Hz]"""
+    delay: Annotated[float, Field(ge=0, le=1)] | None = None
+    """Sample to arrival [s]."""
+    farthest: Positive | None = None
+    """[m]"""
+    field_of_view: Annotated[float, Field(gt=0, le=2 * math.pi)] | None = None
+    """Full angle about x of B [rad]."""
+    noise: tuple[NonNegative, NonNegative] | None = None
+    """Of position [m] and rotation [rad] at distance zero, standard deviation."""
+    noise_per_metre: tuple[NonNegative, NonNegative] | None = None
+    """What each metre of distance adds [m/m], [rad/m]."""
+    dropout: Probability = 0.0
+    """Share of sightings lost at random."""
+
+
 class Sensors(Documented):
     """How the sensors of this world differ from the robot's description."""
 
     odometry: OdometrySensor = OdometrySensor()
     imu: ImuSensor = ImuSensor()
     load_cell: LoadCellSensor = LoadCellSensor()
+    laser: LaserSensor = LaserSensor()
+    bumper: BumperSensor = BumperSensor()
+    vision: VisionSensor = VisionSensor()
 
     def overlay(self, robot: R) -> R:
         """The robot with the rates, delays and noise of this world's sensors."""
         changed = {}
-        for name in ("odometry", "imu", "load_cell"):
+        for name in type(self).model_fields:
             described = getattr(robot, name)
+            if described is None:
+                continue
             ours = getattr(self, name).model_dump(exclude_none=True)
             update = {k: v for k, v in ours.items() if k in type(described).model_fields}
             changed[name] = described.model_copy(update=update)
@@ -202,6 +263,9 @@ class Sensors(Documented):
 
 
 # --- the scenario ---------------------------------------------------------------------------
+
+ServiceName = Literal["sim", "observer", "arm", "base"]
+_STARTING = get_args(ServiceName)
 
 
 class Scenario(Documented):
@@ -216,8 +280,21 @@ class Scenario(Documented):
     sensors: Sensors = Sensors()
     disturbance: tuple[Disturbance, ...] = ()
     """The timeline."""
+    services: tuple[ServiceName, ...] = ("sim", "observer", "arm", "base")
+    """Which of the robot's processes run; ``sim`` is always one of them."""
     task: Task = Task()
     _path: Path = PrivateAttr(default=Path())
+
+    @field_validator("services")
+    @classmethod
+    def _can_run(cls, names: tuple[ServiceName, ...]) -> tuple[ServiceName, ...]:
+        """Each once, in starting order, none without what it cannot do without."""
+        if "sim" not in names:
+            raise ValueError("without 'sim' there is no robot")
+        blind = [name for name in ("arm", "base") if name in names and "observer" not in names]
+        if blind:
+            raise ValueError(f"{' and '.join(map(repr, blind))} cannot do without 'observer'")
+        return tuple(name for name in _STARTING if name in names)
 
     @property
     def path(self) -> Path:

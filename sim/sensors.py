@@ -24,7 +24,7 @@ class Channel(Generic[M]):
     """Samples at a fixed rate and hands each sample out when its delay has passed.
 
     Args:
-        name: ``odometry`` or ``imu``: what effects and losses are looked up by.
+        name: of the sensor: what effects and losses are looked up by.
         rate: [Hz].
         delay: sample to arrival [s].
         loss: share of samples lost at random.
@@ -41,6 +41,14 @@ class Channel(Generic[M]):
         self._rng = rng
         self._samples: int | None = None
         self._waiting: list[tuple[float, int, M]] = []
+
+    @property
+    def due(self) -> float:
+        """Robot time before which ``step`` has nothing to do [s]."""
+        if self._samples is None:
+            return -math.inf
+        sample = self._samples * self._period
+        return min(sample, self._waiting[0][0]) if self._waiting else sample
 
     def step(self, now: float, effects: Effects, sample: Callable[[], M]) -> list[M]:
         """Sample if it is time to, and return the messages that arrive by ``now`` [s]."""

@@ -20,6 +20,7 @@ from sim.effects import effects_at
 from sim.physics import DT, Physics
 from sim.scenario import Scenario
 from sim.sensors import ImuSensor, OdometrySensor
+from sim.surroundings import Surroundings
 
 Array = NDArray[np.float64]
 
@@ -42,7 +43,7 @@ class Simulator:
     """
 
     def __init__(self, scenario: Scenario, seed: int) -> None:
-        streams = [np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(5)]
+        streams = [np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(8)]
         self.physics = Physics(scenario.robot, scenario.world, streams[0])
         robot = scenario.sensors.overlay(self.physics.robot)
         drawn = self.physics.drawn
@@ -58,6 +59,8 @@ class Simulator:
         self._odometry = OdometrySensor(robot, scenario.sensors, streams[2])
         tilt = scenario.world.floor_tilt
         self._imu = ImuSensor(robot, scenario.sensors, drawn.noise, streams[3], tilt)
+        self._surroundings = Surroundings(robot, scenario, drawn.noise, streams[5:])
+        self._mass = float(self.physics.drive_inertia()[0])
         self._load_cell_noise = drawn.noise * np.array(
             [robot.load_cell.force_noise] * 3 + [robot.load_cell.moment_noise] * 3
         )
@@ -92,6 +95,7 @@ class Simulator:
         out: list[Message] = [self._arm_state(now)]
         out += self._odometry.step(now, DT, pose, effects)
         out += self._imu.step(now, pose, velocity, acceleration, effects)
+        out += self._surroundings.step(now, pose, effects)
         tip = physics.tip()
         self._recent[self._ticks % TRUTH_EVERY] = (*tip, self._force)
         if self._ticks % TRUTH_EVERY == TRUTH_EVERY - 1:
@@ -108,6 +112,7 @@ class Simulator:
                     contact=self._force > 0.0,
                     recent=self._recent.copy(),
                     disturbances=list(effects.names),
+                    clearance=self._surroundings.clearance(now, pose),
                 )
             )
         silent = arm is None or now - arm.t > BRAKE_AFTER
@@ -121,6 +126,9 @@ class Simulator:
         if standing != self._standing:
             self._standing = standing
             physics.set_wheel_friction(HOLDING if self._standing else ROLLING)
+        push = self._surroundings.push(now, self._mass, pose, velocity)
+        if push is not None:
+            drive = drive + push
         physics.step(torque, drive, effects)
         self._force = physics.contact_force()
         self._ticks += 1

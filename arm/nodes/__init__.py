@@ -17,6 +17,7 @@ from arm.nodes import (
     whiteboard_line,
     whiteboard_path,
     whiteboard_press,
+    whiteboard_wave,
     whiteboard_wipe,
 )
 from arm.nodes.build import build_from
@@ -39,6 +40,7 @@ REGISTRY = registry(
     whiteboard_path.TYPE,
     whiteboard_press.TYPE,
     whiteboard_wipe.TYPE,
+    whiteboard_wave.TYPE,
     quantities=QUANTITIES,
 )
 

@@ -47,6 +47,7 @@ class Context:
         stiffness: of the tool along its axis [N/m].
         pace: share of its speed at which the tool may move along its way: less than 1 near a
             singular posture.
+        drift: velocity of the board in O, in which it drifts: x, y [m/s], yaw [rad/s].
     """
 
     dt: float
@@ -61,11 +62,19 @@ class Context:
     contact: Array = field(default_factory=lambda: np.zeros(3))
     stiffness: float = 800.0
     pace: float = 1.0
+    drift: Array = field(default_factory=lambda: np.zeros(3))
 
     @property
     def tip(self) -> Array:
         """Tip position of the reference, p_ST_S [m]."""
         return self.R_OS.T @ (self.kinematics.p - self.p_OS)
+
+    def on_ground(self, point: Array, velocity: Array) -> tuple[Array, Array]:
+        """A point of S and its velocity there, in O with the board's drift: [m], [m/s]."""
+        arm = self.R_OS @ point
+        vx, vy, w = self.drift.tolist()
+        carried = np.array([vx - w * arm[1], vy + w * arm[0], 0.0])
+        return self.p_OS + arm, self.R_OS @ velocity + carried
 
     def along(self, way: Way, moving: bool = True) -> tuple[float, float]:
         """One tick along a way at the present pace: where it is [m], and its speed [m/s]."""

@@ -114,7 +114,7 @@ class Stroke:
         offset, tangent = self.point(self._drawn)
         desired = np.array([*(self._start + offset), context.tip[2]])
         velocity = np.array([*(speed * tangent), 0.0])
-        self._position.track(context.p_OS + context.R_OS @ desired, context.R_OS @ velocity)
+        self._position.track(*context.on_ground(desired, velocity))
         event = None
         if self._profile.done:
             event = "Finished"
