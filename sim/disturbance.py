@@ -65,7 +65,7 @@ class Push(Timed):
     kind: Literal["push"] = "push"
     duration: Annotated[float, Field(gt=0, le=60)] = 0.2
     """[s]"""
-    force: Annotated[float, Field(ge=0, le=2000)]
+    force: Annotated[float, Field(ge=0, le=5000)]
     """Magnitude [N]."""
     direction: Direction = 0.0
     """Towards, from x of the world counter-clockwise [deg]."""

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from deploy.robot import Robot
+from deploy.robot import MobileBase
 from services.messages import BaseCommand
 
 Array = NDArray[np.float64]
@@ -42,7 +42,7 @@ class Drive:
 
     def __init__(
         self,
-        robot: Robot,
+        robot: MobileBase,
         inertia: Array,
         lag: float,
         roughness: Array,

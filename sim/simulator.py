@@ -14,7 +14,7 @@ from services.messages import (
     Message,
     Truth,
 )
-from sim.disturbance import Timed
+from sim.disturbance import Timed, refuse_absent
 from sim.drive import HOLDING, Drive
 from sim.effects import effects_at
 from sim.physics import DT, Physics
@@ -30,6 +30,7 @@ BRAKE = 300.0
 """Coulomb friction of an engaged brake [N m]."""
 ROLLING = (0.0, 0.0, 0.0)
 """Friction the drive of a moving platform does not make up for [N, N, N m]."""
+JOINTS = 6
 TRUTH_EVERY = 5
 """Ticks between truth messages."""
 
@@ -40,7 +41,13 @@ class Simulator:
     Args:
         scenario: world, sensors and timeline of disturbances.
         seed: of everything random; equal seeds give bit-identical runs.
+
+    Raises:
+        BadFile: another kind of robot, or none of that name.
+        ValueError: the timeline pushes what is not there.
     """
+
+    period = DT
 
     def __init__(self, scenario: Scenario, seed: int) -> None:
         streams = [np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(8)]
@@ -65,7 +72,10 @@ class Simulator:
             [robot.load_cell.force_noise] * 3 + [robot.load_cell.moment_noise] * 3
         )
         self._rng = streams[4]
-        self._timeline: list[Timed] = list(scenario.disturbance)
+        self._timeline: list[Timed] = []
+        for disturbance in scenario.disturbance:
+            self.refuse(disturbance)
+            self._timeline.append(disturbance)
         self._resolution = robot.arm.encoder_resolution
         self._counts = self._encoders()
         self._tare: Array | None = None
@@ -75,6 +85,10 @@ class Simulator:
         self._force = 0.0
         self._recent = np.zeros((TRUTH_EVERY, 4))
         self._set_brakes(True)
+
+    def refuse(self, disturbance: Timed) -> None:
+        """Raise ValueError for a push on what is not there."""
+        refuse_absent(disturbance, self.physics.bodies)
 
     def disturb(self, disturbance: Timed, now: float) -> Timed:
         """Add a disturbance to the timeline."""

@@ -130,7 +130,7 @@ def test_bias_stays_and_knows_its_axis() -> None:
     ("kind", "options", "words"),
     [
         ("shove", {}, ["Known: push, bump"]),
-        ("push", {}, ["'force' is missing", "0 to 2000"]),
+        ("push", {}, ["'force' is missing", "0 to 5000"]),
         ("push", {"force": "much"}, ["force = 'much'"]),
         ("push", {"force": "nan"}, ["force", "finite"]),
         ("push", {"force": 1, "onn": "link1"}, ["no option 'onn' (did you mean 'on'", "link6"]),
