@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from deploy.robot import load_robot
+from deploy.robot import Equipped, load_robot
 from deploy.task import BoardPose
 from deploy.tomlfile import BadFile
 from sim.disturbance import KINDS, Bias, Push, describe, disturbance_from
@@ -21,7 +21,7 @@ def test_shipped_scenario_loads(name: str) -> None:
     scenario = load_scenario(name)
     assert scenario.name == name
     assert scenario.description
-    load_robot(scenario.robot)
+    load_robot(scenario.robot, Equipped)
 
 
 def test_believed_board_is_the_true_one_by_default() -> None:

@@ -81,7 +81,7 @@ def run(
     arms: Callable[[ArmState], ArmCommand | None] | None = None,
     seed: int = 1,
 ) -> Recording:
-    """Run with a velocity command every 48 ms and torques one period after the state they answer."""
+    """Run with a velocity command every 48 ms; torques act a period after the state they answer."""
     arms = arms if arms is not None else Holder()
     simulator = TwoArmSimulator(made, seed)
     out = Recording(simulator)
@@ -98,3 +98,49 @@ def run(
         out.messages += [(now, m) for m in said]
         torque = arms(said[0]) or torque  # type: ignore[arg-type]
     return out
+
+
+LEVEL = np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])
+"""R_BP of palms that are upright with the fingertips ahead."""
+
+
+class Squeezer:
+    """Palms on springs: ahead past the box, inwards against it, and up.
+
+    Args:
+        centre: p_BX of the box, shape (3,) [m].
+        half: of its width [m].
+        force: to squeeze with [N].
+        lift: height to lift to, from ``t`` = 3.5 s on [m].
+    """
+
+    STIFFNESS = 800.0
+
+    def __init__(self, centre: Array, half: float, force: float, lift: float) -> None:
+        self._robot, self._skeleton = load_two_arm_skeleton(ROBOT)
+        self._palms = [self._skeleton.getBodyNode(link) for link in self._robot.palms.links]
+        self._centre, self._half, self._force, self._lift = centre, half, force, lift
+
+    def __call__(self, state: ArmState) -> ArmCommand:
+        q, qd = np.zeros(17), np.zeros(17)
+        q[BOTH], qd[BOTH] = state.q, state.qd
+        self._skeleton.setPositions(q)
+        self._skeleton.setVelocities(qd)
+        M = self._skeleton.getMassMatrix()
+        tau = self._skeleton.getGravityForces() - 8.0 * M @ qd
+        phases = ((0.0, 1.5), (1.5, 1.5), (3.5, 1.0))  # begin, duration [s]
+        ahead, inward, up = (float(np.clip((state.t - t) / d, 0, 1)) for t, d in phases)
+        deep = self._force / self.STIFFNESS
+        for palm, side in zip(self._palms, (1.0, -1.0), strict=True):
+            at = palm.getWorldTransform()
+            J = self._skeleton.getJacobian(palm, [0.0, 0.0, 0.0])
+            R, p = np.asarray(at.rotation()), np.asarray(at.translation()).reshape(3)
+            goal = self._centre + [0.0, side * (self._half + 0.01 - deep), self._lift * up]
+            goal[0] = 0.34 + ahead * (goal[0] - 0.34)
+            goal[1] = side * 0.27 + inward * (goal[1] - side * 0.27)
+            force = self.STIFFNESS * (goal - p)
+            moment = 20.0 * 0.5 * sum(np.cross(R[:, i], LEVEL[:, i]) for i in range(3))
+            world = np.vstack([R @ J[:3], R @ J[3:]])
+            v = world @ qd
+            tau += world.T @ np.concatenate([moment - 1.0 * v[:3], force - 40.0 * v[3:]])
+        return ArmCommand(t=state.t, tau=tau[BOTH])
