@@ -212,6 +212,11 @@ class Equipped(MobileBase):
     bumper: Bumper | None = None
     vision: Vision | None = None
 
+    @property
+    def reach(self) -> float:
+        """From shoulder to wrist or palm at most [m]."""
+        raise NotImplementedError
+
 
 class Robot(Equipped):
     """A robot of one arm, which holds a pen."""
@@ -220,6 +225,11 @@ class Robot(Equipped):
     arm: Arm
     pen: Pen
     load_cell: LoadCell
+
+    @property
+    def reach(self) -> float:
+        """From shoulder to wrist at most [m]."""
+        return self.arm.reach
 
 
 class TwoArmRobot(Equipped):
@@ -231,6 +241,11 @@ class TwoArmRobot(Equipped):
     arms: TwoArms
     palms: Palms
     load_cell: LoadCell
+
+    @property
+    def reach(self) -> float:
+        """From shoulder to the middle of the palm, stretched [m]."""
+        return self.arms.reach
 
 
 KINDS: dict[str, type[Equipped]] = {"one_arm": Robot, "two_arm": TwoArmRobot}

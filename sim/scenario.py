@@ -235,6 +235,10 @@ class VisionSensor(Documented):
     """Of position [m] and rotation [rad] at distance zero, standard deviation."""
     noise_per_metre: tuple[NonNegative, NonNegative] | None = None
     """What each metre of distance adds [m/m], [rad/m]."""
+    noise_per_metre_squared: tuple[NonNegative, NonNegative] | None = None
+    """What the distance squared adds [m/m^2], [rad/m^2]; of a two-armed robot."""
+    correlation: NonNegative | None = None
+    """Time over which the error stays alike [s]; of a two-armed robot."""
     dropout: Probability = 0.0
     """Share of sightings lost at random."""
 
