@@ -70,7 +70,7 @@ def trials(
         given = parse(loaded, options or [])
         folder = out or Path("runs") / f"trials-{loaded.name}-seed{seed}"
         if replay is not None:
-            _replay(loaded, given, replay, out, json)
+            _replay(loaded, given, replay, folder, json)
             return
         complete = checked(loaded, given).model_dump(mode="json")
         _campaign(loaded, complete, count, seed, workers, cluster, folder, resume, json)
@@ -197,11 +197,11 @@ def _cells(line: Line) -> list[str]:
 
 
 def _replay(
-    experiment: Experiment, given: dict[str, Any], seed: int, out: Path | None, json: bool
+    experiment: Experiment, given: dict[str, Any], seed: int, folder: Path, json: bool
 ) -> None:
     from services.trials.replay import replay
 
-    done = replay(experiment, given, seed, out)
+    done = replay(experiment, given, seed, folder)
     record = done.record
     if json:
         show_json({**record, "options": done.options, "same": done.same, "files": done.files})
@@ -216,7 +216,7 @@ def _replay(
             errors.print(escape(record["traceback"]), highlight=False)
         if done.same is not None:
             said = "[green]the same[/] as" if done.same else "[red]not the same[/] as"
-            console.print(f"{said} in the campaign's folder")
+            console.print(f"{said} in the campaign in {escape(str(folder))}", highlight=False)
             for difference in done.changed:
                 console.print(f"since then changed: {escape(difference)}", highlight=False)
         if done.files:

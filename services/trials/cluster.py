@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import logging
+import signal
 import tempfile
 import uuid
 from collections.abc import Iterable, Iterator
@@ -11,7 +12,7 @@ from contextlib import contextmanager
 from typing import Any
 
 import dask
-from distributed import Client, Future, LocalCluster, as_completed
+from distributed import Client, Future, LocalCluster, Worker, WorkerPlugin, as_completed
 from distributed.scheduler import KilledWorker
 
 from services.trials.code import Code, differences
@@ -52,6 +53,7 @@ def connected(workers: int, address: str | None) -> Iterator[Client]:
                 ) as cluster,
                 Client(cluster, set_as_default=False) as client,
             ):
+                client.register_plugin(_Deaf())
                 yield client
             return
         try:
@@ -70,6 +72,13 @@ def connected(workers: int, address: str | None) -> Iterator[Client]:
                     f"dask worker {address} --nthreads 1"
                 ) from None
             yield client
+
+
+class _Deaf(WorkerPlugin):
+    """Ctrl-C is for the campaign, which ends its workers; they would each print a traceback."""
+
+    def setup(self, worker: Worker) -> None:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def examine(client: Client, source: str, code: Code) -> int:

@@ -32,35 +32,32 @@ class Replayed:
     files: Path | None
 
 
-def replay(
-    experiment: Experiment, given: dict[str, Any], seed: int, folder: Path | None
-) -> Replayed:
+def replay(experiment: Experiment, given: dict[str, Any], seed: int, folder: Path) -> Replayed:
     """Run a trial again.
 
     Args:
         experiment: what is tried.
         given: options; those of the campaign in the folder hold for the others.
         seed: of the trial.
-        folder: of a campaign, None to compare with nothing and to write beside no campaign.
+        folder: of a campaign, if there is one, to compare with; what is shown goes in it, too.
 
     Raises:
         BadExperiment: an option is wrong.
         BadFolder: the folder holds a campaign of another experiment.
         OSError: it cannot be written.
     """
-    about = read_about(folder) if folder is not None else None
+    about = read_about(folder)
     if about is not None and about.experiment != experiment.source:
         raise BadFolder(f"{folder} holds trials of {about.experiment}, not {experiment.source}")
     options = (about.options if about is not None else {}) | given
     complete = checked(experiment, options).model_dump(mode="json")
-    record = run_trial(experiment.source, complete, seed, code=None)
     files = None
-    if hasattr(experiment.module, "show") and record["status"] == "done":
-        files = (folder or Path("runs") / f"trials-{experiment.name}") / f"replay-{seed}"
+    if hasattr(experiment.module, "show"):
+        files = folder / f"replay-{seed}"
         files.mkdir(parents=True, exist_ok=True)
-        experiment.module.show(seed, experiment.module.Options(**complete), files)
+    record = run_trial(experiment.source, complete, seed, code=None, show_in=files)
     same, changed = None, []
-    if folder is not None and about is not None and about.options == complete:
+    if about is not None and about.options == complete:
         old = read_records(folder).get(seed)
         if old is not None and old["status"] != "lost":
             same = (old["row"], old["error"]) == (record["row"], record["error"])

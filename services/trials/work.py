@@ -6,6 +6,7 @@ import json
 import os
 import time
 import traceback
+from pathlib import Path
 from typing import Any, Literal, TypedDict
 
 from services.trials.code import Code, code_of, differences
@@ -41,7 +42,13 @@ class Record(TypedDict):
     seconds: float
 
 
-def run_trial(source: str, options: dict[str, Any], seed: int, code: Code | None) -> Record:
+def run_trial(
+    source: str,
+    options: dict[str, Any],
+    seed: int,
+    code: Code | None,
+    show_in: Path | None = None,
+) -> Record:
     """Run one trial; what it raises is recorded.
 
     Args:
@@ -49,6 +56,7 @@ def run_trial(source: str, options: dict[str, Any], seed: int, code: Code | None
         options: as plain data, all of them.
         seed: of the trial.
         code: the campaign's; None to run with whatever is here.
+        show_in: a folder for all there is to see, of an experiment that can show it.
 
     Raises:
         WrongCode: this worker is not the one to run it.
@@ -58,8 +66,11 @@ def run_trial(source: str, options: dict[str, Any], seed: int, code: Code | None
         raise WrongCode(f"a worker has other code: {', '.join(found)}")
     started = time.perf_counter()
     try:
-        found_row = experiment.module.run(seed, experiment.module.Options(**options))
-        row = plain(found_row)
+        chosen = experiment.module.Options(**options)
+        if show_in is None:
+            row = plain(experiment.module.run(seed, chosen))
+        else:
+            row = plain(experiment.module.show(seed, chosen, show_in))
     except Exception as error:
         return Record(
             seed=seed,

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 import subprocess
 import sys
 import textwrap
+import time
 from pathlib import Path
 from typing import Any
 
@@ -189,3 +191,37 @@ def test_help_does_not_import_dask() -> None:
     )
     assert done.returncode == 0, done.stderr
     assert "trials" in done.stdout
+
+
+def test_the_example_of_the_documentation_runs(tmp_path: Path) -> None:
+    """What docs/trials.md says an experiment is, is one."""
+    text = (Path(__file__).parents[2] / "docs" / "trials.md").read_text()
+    toy = tmp_path / "coin.py"
+    toy.write_text(text.partition("```python\n")[2].partition("```")[0])
+    done = trials("--replay", "1", "bias=1", "--out", tmp_path / "out", toy=str(toy))
+    assert done["row"] == {"head": True}
+
+
+@pytest.mark.processes
+def test_ctrl_c_keeps_what_is_done(tmp_path: Path) -> None:
+    """Interrupted as from a terminal: no worker is left, no traceback, and how to go on."""
+    words = ["trials", TOY, "seconds=0.3", "--trials", "1000", "--out", str(tmp_path)]
+    command = [sys.executable, "-m", "services.cli", *words]
+    with subprocess.Popen(
+        command,
+        start_new_session=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)},
+    ) as process:
+        journal = tmp_path / "trials.jsonl"
+        deadline = time.monotonic() + 120
+        while not (journal.is_file() and journal.stat().st_size) and time.monotonic() < deadline:
+            time.sleep(0.1)
+        os.killpg(process.pid, signal.SIGINT)
+        said = process.communicate(timeout=120)[0]
+    assert process.returncode == 1
+    assert "--resume goes on" in " ".join(said.split())
+    assert "Traceback" not in said
+    assert journal.read_text().endswith("}\n")
