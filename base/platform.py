@@ -22,7 +22,7 @@ from base.paths import Path, build
 from base.planar import rotate
 from base.program import RunProgram
 from base.turn_drive_turn import TurnDriveTurn
-from deploy.robot import Robot
+from deploy.robot import Equipped
 from deploy.task import BaseTask
 from services.messages import ArmStatus, BaseCommand, BaseStatus, Estimate
 
@@ -52,7 +52,7 @@ class Platform:
 
     def __init__(
         self,
-        robot: Robot,
+        robot: Equipped,
         task: BaseTask,
         restarted: bool = False,
         beside: File | None = None,
@@ -61,7 +61,7 @@ class Platform:
         self._description = platform
         self._differential = robot.chassis.drive == "differential"
         self._beside = beside
-        self._reach = robot.arm.reach
+        self._reach = robot.reach
         self._arbiter = Arbiter(platform.speed_limit, platform.acceleration_limit, PERIOD)
         self._standing: list[Behaviour] = []
         self._stopped = "restarted; waiting for resume" if restarted else ""

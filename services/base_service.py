@@ -7,7 +7,7 @@ from typing import Any
 
 from base.arm_goal import ArmGoal
 from base.platform import PERIOD, Platform
-from deploy.robot import load_robot
+from deploy.robot import Equipped, load_robot
 from services import messages as m
 from services.service import Inbox, Outbox, Reply, act_on
 from services.topics import ARM_STATUS, BASE_COMMAND, BASE_STATUS, ESTIMATE, Topic
@@ -28,7 +28,9 @@ class BaseService:
     verbs: tuple[str, ...] = ("goal", "behaviour", "stop", "resume")
 
     def __init__(self, scenario: Scenario, restarted: bool) -> None:
-        self._platform = Platform(load_robot(scenario.robot), scenario.task.base, restarted)
+        self._platform = Platform(
+            load_robot(scenario.robot, Equipped), scenario.task.base, restarted
+        )
         self._arm_goal = ArmGoal(self._platform)
         self._status = m.BaseStatus(t=0.0)
         self._stopped_for_arm = False

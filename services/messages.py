@@ -39,6 +39,7 @@ __all__ = [
     "Health",
     "Imu",
     "Message",
+    "ObjectEstimate",
     "Odometry",
     "Scan",
     "Tick",
@@ -241,6 +242,28 @@ class BoardEstimate(Message):
     """Of what is believed, which ``pose`` follows."""
     wheel_scale: float = number("1", 0.1, 10.0, default=1.0)
     """Way that odometry reads over the way that was driven."""
+    age: float = number("s", 0.0, default=0.0)
+    """Of the newest sighting that was used."""
+    taken: int = 0
+    """Sightings used since the start, ..."""
+    refused: int = 0
+    """... and refused."""
+
+
+@_message
+class ObjectEstimate(Message):
+    """Where the observer believes a named object to be in odometry's frame at instant ``t``."""
+
+    p: Array = array(3, unit="m", lo=-1e5, hi=1e5)
+    """p_OX."""
+    R: Array = array(3, 3, unit="1", lo=-1.001, hi=1.001)
+    """R_OX."""
+    covariance: Array = array(6, 6, unit="m^2, rad^2")
+    """Of position and of a small rotation along axes of O, relative to the platform."""
+    name: str = ""
+    """Of the object X."""
+    held: bool = False
+    """It is between two palms and goes where they go."""
     age: float = number("s", 0.0, default=0.0)
     """Of the newest sighting that was used."""
     taken: int = 0
