@@ -34,6 +34,8 @@ class ObjectWatch:
         self, estimate: Estimate, sightings: list[Vision], arms: ArmState | None
     ) -> ObjectEstimate | None:
         """One step of the observer; returns a message when one is due."""
+        if not estimate.valid:  # a sighting says nothing without a place it was seen from
+            return None
         self._sightings += sightings
         self._steps += 1
         if self._steps % EVERY:

@@ -372,6 +372,7 @@ class GraspExecutive:
         if self._holding and not self._lifted and scene is not None:
             self.hands.carry.capture(scene)
             self.hands.roll.capture(scene)
+            self.hands.force.keep(scene)
         self.hands.carry.speed = 0.0
         self._step = Step(lifted=self._lifted)
 

@@ -25,7 +25,9 @@ class Gains:
     acceleration: float = 8.0
     """Largest change of a joint's reference rate [rad/s^2]."""
     friction_width: float = 0.02
-    """Speed over which the Coulomb feed-forward changes sign [rad/s]."""
+    """Speed over which the Coulomb feed-forward changes sign [rad/s], ..."""
+    friction_width_touching: float = 0.1
+    """... and in contact, where more of it would turn moments into a limit cycle [rad/s]."""
     friction: float = 0.8
     """Share of the described Coulomb friction that is fed forward; all of it would hunt [1]."""
     integral: float = 6.0
@@ -80,6 +82,7 @@ class Law:
             self._learned += (g.integral * dt) * (M.diagonal() * g.velocity * error)
             np.clip(self._learned, -self._coulomb, self._coulomb, out=self._learned)
         tau = M @ (g.velocity * error + step / max(dt, 1e-6)) + h + extra + self._learned
-        tau += g.friction * self._coulomb * np.tanh(self.reference / g.friction_width)
+        width = g.friction_width if free else g.friction_width_touching
+        tau += g.friction * self._coulomb * np.tanh(self.reference / width)
         tau += self._viscous * self.reference
         return np.clip(tau, -self._limit, self._limit)

@@ -135,11 +135,14 @@ class Inward(Objective):
     CREEP, RETREAT = 0.01, 0.4
     HARD, SOFTEN = 50.0, 0.004
     INTEGRAL, MOST = 4.0, 10.0
+    LEAN, LEAN_RATE, LEAN_MOST = 300.0, 300.0, 8.0
 
     def __init__(self) -> None:
         self.goal = 25.0
         self.force = np.zeros(2)
         self.gaps = np.full(2, -1.0)
+        self._middle: Array | None = None
+        self._leaning = 0.0
         self._reference = np.zeros(2)
         self._integral = np.zeros(2)
 
@@ -147,6 +150,7 @@ class Inward(Objective):
         """Press no more."""
         self.force[:] = self._reference[:] = self._integral[:] = 0.0
         self.gaps[:] = -1.0
+        self.keep(None)
 
     def error(self, kinematics: Any) -> Array:
         """Reference less measured force, shape (2,) [N]."""
@@ -158,6 +162,7 @@ class Inward(Objective):
         assert scene.box is not None
         n, feel = scene.box.across, scene.feel
         J, rate = [], []
+        lean = self._lean(scene)
         for i, side in enumerate(SIDES):
             inward = -side * n
             J.append(inward @ scene.palms.J[i][:3])
@@ -173,11 +178,31 @@ class Inward(Objective):
             error = self._reference[i] - feel.force[i]
             integral = self._integral[i] + self.INTEGRAL * error * dt
             self._integral[i] = min(max(integral, -self.MOST), self.MOST)
-            self.force[i] = self._reference[i] + self._integral[i]
+            self.force[i] = self._reference[i] + self._integral[i] + side * lean
             wanted = min(max(self.DAMPING * error, -self.CREEP), self.CREEP)
             hard = max(float(feel.raw[i]) - max(self.HARD, 1.5 * self.goal), 0.0)
             rate.append(max(wanted - self.SOFTEN * hard, -self.RETREAT))
         return stack(J, rate)
+
+    def keep(self, scene: Scene | None) -> None:
+        """Keep the middle between the palms where it is in B from now on; None lets it go."""
+        self._middle = None if scene is None else 0.5 * (scene.palms.p[0] + scene.palms.p[1])
+        self._leaning = 0.0
+
+    def _lean(self, scene: Scene) -> float:
+        """Force by which the left palm presses more and the right one less [N].
+
+        Two forces that only oppose each other leave what they hold free along their line.
+        """
+        if self._middle is None:
+            return 0.0
+        assert scene.box is not None
+        n = scene.box.across
+        off = float(n @ (0.5 * (scene.palms.p[0] + scene.palms.p[1]) - self._middle))
+        total = self._leaning + self.LEAN_RATE * off * scene.dt
+        self._leaning = min(max(total, -self.LEAN_MOST), self.LEAN_MOST)
+        lean = self.LEAN * off + self._leaning
+        return min(max(lean, -self.LEAN_MOST), self.LEAN_MOST)
 
     def _approach(self, scene: Scene, i: int, side: float) -> float:
         """Speed inward of a palm that touches nothing [m/s]."""

@@ -62,7 +62,7 @@ def box_in_platform(seen: ObjectEstimate, base: Base, size: Array) -> BoxPlace:
     if seen.held:  # it comes along
         velocity = np.zeros(3)
     R = R_BO @ seen.R
-    if R[1, 1] < 0.0:  # seen from behind, it is its own mirror image
+    if float(R[:2, 0] @ p[:2]) < 0.0:  # seen from behind, it is its own mirror image
         R = R @ np.diag([-1.0, -1.0, 1.0])
     P = seen.covariance
     variance = np.diag(R_BO @ P[:3, :3] @ R_BO.T)

@@ -20,11 +20,9 @@ STILL = 0.03
 """Arrived no faster than this [m/s, rad/s] ..."""
 STILL_TIME = 0.2
 """... for this long [s]."""
-PROGRESS = 0.01
-"""What must be left behind of the way [m, rad] ..."""
 PATIENCE = 4.0
-"""... within this time, or the platform is taken to be held up [s]."""
-MOVED = 0.06, 0.10
+"""A platform that stands elsewhere for this long is taken to be held up [s]."""
+MOVED = 0.10, 0.15
 """A goal that comes to lie elsewhere, by better sight, is asked for anew [m, rad]."""
 
 
@@ -50,7 +48,6 @@ class DriveToBox:
         hands.reset()
         self._goal = self._place(scene)
         self._still = self._since = 0.0
-        self._best = math.inf
 
     def update(self, scene: Scene, hands: Hands, regions: Regions) -> Step:
         """Arrived at the goal, Blocked when the platform does not come nearer."""
@@ -66,15 +63,13 @@ class DriveToBox:
         there = distance < self._tolerance and turn < 2.0 * self._tolerance
         slow = float(np.abs(scene.base.velocity).max()) < STILL
         self._still = self._still + scene.dt if there and slow else 0.0
-        self._since += scene.dt
-        if distance + turn < self._best - PROGRESS or there:
-            self._best, self._since = distance + turn, 0.0
+        self._since = self._since + scene.dt if slow and not there else 0.0
         event, reason = None, ""
         if self._still >= STILL_TIME:
             event = "Arrived"
-        elif self._since >= PATIENCE and distance + turn >= self._best - PROGRESS:
+        elif self._since >= PATIENCE:
             event = "Blocked"
-            reason = f"the platform came no nearer than {distance:.2f} m for {PATIENCE:g} s"
+            reason = f"the platform stands {distance:.2f} m, {turn:.2f} rad from its goal"
         elif self._clock.step(scene.dt):
             event = "Timeout"
         posture = Move(None) if self._side == "back" else Move(hands.posture)
@@ -114,7 +109,7 @@ TYPE = NodeType(
     ),
     events=(
         Event("Arrived", "The platform is there, and at rest."),
-        Event("Blocked", "The platform has come no nearer for 4 s."),
+        Event("Blocked", "The platform has stood elsewhere for 4 s."),
         TIMEOUT_EVENT,
     ),
     doc="Have the platform drive to a place before the box.",

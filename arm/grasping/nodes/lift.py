@@ -39,6 +39,7 @@ class GraspLift:
         """From where the palms are."""
         hands.carry.capture(scene)
         hands.roll.capture(scene)
+        hands.force.keep(scene)
 
     def update(self, scene: Scene, hands: Hands, regions: Regions) -> Step:
         """Lifted at the height, at rest; Too_heavy when the load says so."""

@@ -15,10 +15,11 @@ from arm.grasping.regions import Regions
 from arm.grasping.scene import Scene
 from arm.hds import Event, NodeType, Parameter, ParameterValue
 
-FAR, ON = 0.06, 0.02
-"""Distances from the line between which the palms close in [m]."""
-OUTSIDE = 0.06
-"""Of the box's sides, kept by palms that are far from the line [m]."""
+FAR, ON = 0.16, 0.03
+"""Distances from the line between which the palms close in: fingertips pass the box's front corner
+at the first [m]."""
+OUTSIDE, BESIDE = 0.06, 0.015
+"""From the box's sides, kept by palms at these distances [m]."""
 
 
 class GraspParallel:
@@ -48,7 +49,8 @@ class GraspParallel:
             hands.reach.dead = 0.0
         errors = hands.reach.error(scene)
         share = (errors - ON) / (FAR - ON)
-        hands.force.gaps = np.where(share > 0.0, OUTSIDE * np.minimum(share, 1.0), -1.0)
+        gaps = BESIDE + (OUTSIDE - BESIDE) * np.minimum(share, 1.0)
+        hands.force.gaps = np.where(share > 0.0, gaps, -1.0)
         hands.preshape.firm = False
         below = (hands.roll, hands.preshape, hands.posture)
         if self._composition == "sum":

@@ -20,6 +20,7 @@ def press(hands: Hands, force: float) -> None:
     """Set up objectives for palms in contact, or about to be."""
     hands.force.goal = force
     hands.reach.dead = DEAD
+    hands.force.keep(None)
 
 
 def too_wide(scene: Scene) -> str:

@@ -49,7 +49,7 @@ class GraspSetDown:
         carry.height += carry.speed * scene.dt
         self._grip.step(scene, hands)
         event = None
-        if carry.height < 0.0 and load(scene) < STANDS * self._weight or carry.height < BELOW:
+        if (carry.height < 0.0 and load(scene) < STANDS * self._weight) or carry.height < BELOW:
             event = "Down"
         elif self._clock.step(scene.dt):
             event = "Timeout"
