@@ -75,6 +75,7 @@ class GraspExecutive:
         self._lifted = False
         self._event = ""
         self._note = ""
+        self._cause = ""  # of the newest event that had one: why a program ended as it did
         self._in_node = 0.0
         self._start_node = False
         self._new_node = False
@@ -100,7 +101,7 @@ class GraspExecutive:
                 build(node, program)
         self._automaton = Automaton(program)
         self._automaton.start()
-        self._event, self._note = "start", ""
+        self._event, self._note, self._cause = "start", "", ""
         self._go("running", "")
         self._start_node = True
 
@@ -313,6 +314,7 @@ class GraspExecutive:
         while self._step.event is not None and self.state == "running":
             assert self._automaton is not None
             self._event, self._note = self._step.event, self._step.reason
+            self._cause = self._step.reason or self._cause
             self._automaton.fire(self._step.event)
             self._next_node(scene)
             if self.state == "running":
@@ -356,7 +358,7 @@ class GraspExecutive:
         if self._automaton.finished:
             self._node = None
             self._hold(scene)
-            self._go("finished", self._note or ("" if node.name == "End" else node.name))
+            self._go("finished", self._cause or ("" if node.name == "End" else node.name))
             return
         self._node = build(node, self._automaton.program)
         if self._node.needs_box and scene.box is None:

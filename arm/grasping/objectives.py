@@ -115,8 +115,8 @@ class Carry(Reach):
 class Inward(Objective):
     """Φ_f: each palm presses inward with a reference force.
 
-    The force is a torque J^T f at the palm's middle (``force``); its rows only damp. As a velocity,
-    weighed by the inertia, it would not be a pure force, and turn the palm onto its heel. Until both
+    The force is a torque J^T f at the palm's middle (``force``); its rows only damp. A velocity,
+    weighed by the inertia, would not be a pure force, and turn the palm onto its heel. Until both
     palms touch the one that does presses lightly: table friction holds the box against no more.
 
     Attributes:

@@ -52,7 +52,7 @@ class LookForBox:
         if not HEIGHTS[0] <= z <= HEIGHTS[1]:
             reason = f"the box is at {z:.2f} m, the palms reach {HEIGHTS[0]} to {HEIGHTS[1]} m"
             return Step(move, "Out_of_reach", reason)
-        return Step(move, "Seen")
+        return Step(move, "Seen", "")
 
 
 TYPE = NodeType(
