@@ -31,6 +31,8 @@ DRIFT = 1e-4, 2e-5
 """Variance that odometry adds for each metre driven [m^2/m], and radian turned [rad^2/rad]."""
 REST = 1e-7, 1e-7
 """Variance that a box at rest gains [m^2/s, rad^2/s]."""
+LOST = 0.01, 0.003
+"""While the platform does not know where it is, after a push [m^2/s, rad^2/s]."""
 LOOSE = 1.0, 4.0
 """And one that moves by itself, of its velocity's square [m^2/s^2, rad^2/s^2]."""
 SETTLES = 0.5
@@ -90,7 +92,7 @@ class ObjectEstimator:
         now = estimate.t
         self._remember(now, estimate.pose)
         if self._t is not None:
-            self._predict(now, touch)
+            self._predict(now, touch, not estimate.valid)
         for seen in sightings:
             if seen.name == self._name:
                 self._see(seen)
@@ -123,7 +125,7 @@ class ObjectEstimator:
         if self._poses[0][0] < now - 2 * HISTORY:
             self._poses = self._poses[bisect_left(self._poses, now - HISTORY, key=_first) :]
 
-    def _predict(self, now: float, touch: Touch | None) -> None:
+    def _predict(self, now: float, touch: Touch | None, lost: bool) -> None:
         """Bring the state to ``now``: at rest, rolling away, or carried between the palms."""
         assert self._t is not None
         dt = now - self._t
@@ -137,6 +139,9 @@ class ObjectEstimator:
             way = np.abs(self._poses[-1][1] - self._poses[-2][1])
             q[:3] += DRIFT[0] * math.hypot(way[0], way[1])
             q[5] += DRIFT[1] * way[2]
+        if lost:
+            q[:3] += LOST[0] * dt
+            q[5] += LOST[1] * dt
         if now < self._moving_until:
             left = (self._moving_until - now) / SETTLES
             q[:3] += LOOSE[0] * left * left * dt * 0.04

@@ -29,12 +29,14 @@ class ObjectWatch:
         self._palms = PalmTouch(robot)
         self._sightings: list[Vision] = []
         self._steps = 0
+        self._begun = False
 
     def step(
         self, estimate: Estimate, sightings: list[Vision], arms: ArmState | None
     ) -> ObjectEstimate | None:
         """One step of the observer; returns a message when one is due."""
-        if not estimate.valid:  # a sighting says nothing without a place it was seen from
+        self._begun = self._begun or estimate.valid
+        if not self._begun:  # a sighting says nothing without a place it was seen from
             return None
         self._sightings += sightings
         self._steps += 1

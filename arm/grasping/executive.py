@@ -8,6 +8,7 @@ held stays held, waiting to be resumed), ``protective_stop`` (a limit was left: 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import PurePath
 
 import numpy as np
@@ -69,6 +70,7 @@ class GraspExecutive:
         self._step = Step()
         self._platform = PlatformMotion()
         self._seen: ObjectEstimate | None = None
+        self._placed = False
         self._t: float | None = None
         self._held_at: Array | None = None
         self._holding = False
@@ -245,7 +247,7 @@ class GraspExecutive:
             if self._t is not None and self.state == "running":
                 self._interrupt("safe_hold", "the arms' own state was late")
         self._t = state.t
-        problem = self._platform.follow(dt, state.t, estimate)
+        problem = self._platform.follow(dt, state.t, self._trusted(estimate))
         if problem and self.state == "running":
             self._interrupt("safe_hold", problem)
         palms = self.model.place(state.q, state.qd)
@@ -263,11 +265,23 @@ class GraspExecutive:
             self._held_at = None
             wanted, extra = self.hands.execute(move, scene)
         free = not any(self.feel.touches)
-        tau = self._law.torque(dt, wanted, state.qd, extra, free)
+        hard = bool(self.feel.raw.max() > self.hands.force.HARD)
+        tau = self._law.torque(dt, wanted, state.qd, extra, free, hard)
         violated = self._limits.violated(dt, state.q, state.qd)
         if violated is not None and self.state != "protective_stop":
             self.protective_stop(violated)
         return ArmCommand(t=state.t, tau=tau), self._status(state.t)
+
+    def _trusted(self, estimate: Estimate | None) -> Estimate | None:
+        """The estimate, uncertain as it may be once it has been good.
+
+        Box and platform are seen from the same uncertain place, which cancels: a push that costs
+        the platform its place in O must not cost the hands what they hold.
+        """
+        if estimate is None:
+            return None
+        self._placed = self._placed or estimate.valid
+        return replace(estimate, valid=True) if self._placed else estimate
 
     def _scene(self, dt: float, state: ArmState, palms: object) -> Scene:
         box: BoxPlace | None = None

@@ -1,6 +1,6 @@
-"""The control basis of the grasp: its objectives, what is composed of them, and how it is executed.
+"""The control basis of the grasp: its objectives, what is composed of them, how it is executed.
 
-What is executed in parallel is derived by the algebra from the sequence (Platt et al., Eq 8 to 11)::
+What is executed at once is derived by the algebra from the sequence (Platt et al., Eq 8 to 11)::
 
     comply / gm / reach = moment / force / reach
 """

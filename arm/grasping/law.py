@@ -23,7 +23,9 @@ class Gains:
     velocity: float = 60.0
     """Kv [1/s]."""
     acceleration: float = 8.0
-    """Largest change of a joint's reference rate [rad/s^2]."""
+    """Largest change of a joint's reference rate [rad/s^2], ..."""
+    yielding: float = 100.0
+    """... and of one that gives way."""
     friction_width: float = 0.02
     """Speed over which the Coulomb feed-forward changes sign [rad/s], ..."""
     friction_width_touching: float = 0.1
@@ -58,7 +60,9 @@ class Law:
         self.reference = np.zeros(JOINTS)
         self._learned = np.zeros(JOINTS)
 
-    def torque(self, dt: float, wanted: Array, qd: Array, extra: Array, free: bool) -> Array:
+    def torque(
+        self, dt: float, wanted: Array, qd: Array, extra: Array, free: bool, hard: bool = False
+    ) -> Array:
         """Torques for this tick, within the limits, shape (14,) [N m].
 
         The model must have been placed at the measured joints.
@@ -69,12 +73,14 @@ class Law:
             qd: measured joint rates, shape (14,) [rad/s].
             extra: of forces on the world, J^T f, shape (14,) [N m].
             free: the palms touch nothing.
+            hard: a palm is pressed harder than it should be: give way at once.
         """
         g = self.gains
         wanted = wanted / max(1.0, float(np.max(np.abs(wanted) / self._fastest)))
         change = wanted - self.reference
         most = float(np.max(np.abs(change)))
-        step = change * min(1.0, g.acceleration * dt / max(most, 1e-12))
+        limit = g.yielding if hard else g.acceleration
+        step = change * min(1.0, limit * dt / max(most, 1e-12))
         self.reference = self.reference + step
         M, h = self._model.dynamics()
         error = self.reference - qd

@@ -41,7 +41,7 @@ class Reach(Objective):
     """
 
     name = "reach"
-    gain = 3.0
+    gain = 5.0
 
     def __init__(self) -> None:
         self.dead = 0.0
@@ -128,12 +128,12 @@ class Inward(Objective):
 
     name = "force"
     LIGHT = 5.0
-    RAMP = 60.0
+    RAMP = 120.0
     SPEED, FAST = 0.08, 0.20
     NEAR = 0.03
     DAMPING = 0.0005
-    CREEP, RETREAT = 0.01, 0.4
-    HARD, SOFTEN = 50.0, 0.004
+    CREEP, RETREAT = 0.01, 1.5
+    HARD, SOFTEN = 50.0, 0.02
     INTEGRAL, MOST = 4.0, 10.0
     LEAN, LEAN_RATE, LEAN_MOST = 300.0, 300.0, 8.0
 

@@ -48,7 +48,7 @@ class GraspComply:
         return Step(move, event)
 
 
-SETTLE = Parameter("Settle", "s", 0.0, 10.0, 0.2, "Time in the goal region.")
+SETTLE = Parameter("Settle", "s", 0.0, 10.0, 0.1, "Time in the goal region.")
 
 TYPE = NodeType(
     "Grasp_comply",

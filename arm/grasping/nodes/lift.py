@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from arm.grasping.hands import Hands, Move
+from arm.grasping.hands import Hands
 from arm.grasping.nodes.carrying import GRIP, Grip, carried
 from arm.grasping.nodes.node import TIMEOUT, TIMEOUT_EVENT, Clock, Step, load
 from arm.grasping.regions import Regions

@@ -15,9 +15,11 @@ from arm.grasping.regions import Regions
 from arm.grasping.scene import Scene
 from arm.hds import Event, NodeType, Parameter, ParameterValue
 
-FAR, ON = 0.16, 0.03
+FAR, ON = 0.16, 0.05
 """Distances from the line between which the palms close in: fingertips pass the box's front corner
 at the first [m]."""
+SLIDES = 0.018
+"""Palms farther from the line than this press lightly, and slide along the box [m]."""
 OUTSIDE, BESIDE = 0.06, 0.015
 """From the box's sides, kept by palms at these distances [m]."""
 
@@ -48,6 +50,8 @@ class GraspParallel:
         if not any(scene.feel.touches):
             hands.reach.dead = 0.0
         errors = hands.reach.error(scene)
+        if float(errors.max()) > SLIDES:  # pressed harder, the palms would take the box along
+            hands.force.goal = hands.force.LIGHT
         share = (errors - ON) / (FAR - ON)
         gaps = BESIDE + (OUTSIDE - BESIDE) * np.minimum(share, 1.0)
         hands.force.gaps = np.where(share > 0.0, gaps, -1.0)

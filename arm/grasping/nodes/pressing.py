@@ -8,7 +8,7 @@ from arm.hds import Event, Parameter
 
 FORCE = Parameter("Force", "N", 5.0, 60.0, 25.0, "Inward, of each palm.")
 TOO_WIDE = Event("Too_wide", "Both palms press on something wider than the box should be.")
-WIDER = 0.04
+WIDER = 0.06
 """A box this much wider than stated is another one [m]."""
 FIRM = 8.0
 """Palms that press less may have touched something in passing [N]."""
