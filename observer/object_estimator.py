@@ -151,6 +151,8 @@ class ObjectEstimator:
             turn = grip[1] @ self._grip[1].T
             before = self._p
             self._p = grip[0] + turn @ (self._p - self._grip[0])
+            if touch is not None and not touch.lifted:
+                self._p[2] = before[2]  # the table holds it
             self._R = turn @ self._R
             q[:3] += (SLIPS * (self._p - before)) ** 2
             q[3:] += (SLIPS * Rotation.from_matrix(turn).as_rotvec()) ** 2
@@ -207,9 +209,8 @@ class ObjectEstimator:
     def _feel(self, touch: Touch) -> None:
         """Palms on the box: where its faces are along their normals, and which way they look."""
         n = self._R[:, 1]
-        if touch.grip is not None:
-            first, second = touch.points
-            assert first is not None and second is not None
+        first, second = touch.points
+        if first is not None and second is not None:
             H = np.zeros((1, 12))
             H[0, _P] = n
             z = np.array([n @ (0.5 * (first + second) - self._p)])

@@ -20,6 +20,10 @@ Array = NDArray[np.float64]
 
 TOUCHES = 4.0
 """Force along the normal from which a palm touches [N]."""
+GRIPS = 10.0
+"""... from which two palms take a box along that stands on a table [N]."""
+CARRIES = 5.0
+"""Weight on the palms from which they carry it [N]."""
 FLAT = 0.4
 """Middle of pressure within this share of the half palm: it lies flat [1]."""
 SD = 5e-3
@@ -34,7 +38,8 @@ class Touch:
 
     Attributes:
         points: middle of pressure of the left and of the right palm [m], None if it touches not.
-        grip: when both touch, the point half way between the palms [m] and a frame (3, 3) that
+        lifted: the palms carry weight: what they hold goes up and down with them.
+        grip: when both press harder than the table holds the box, the point half way between the palms [m] and a frame (3, 3) that
             turns with the line between them.
         normal: +y of the box as palms that lie flat show it, unit vector.
         sd: of the middle between ``points`` along the normal [m].
@@ -43,6 +48,7 @@ class Touch:
 
     points: tuple[Array | None, Array | None] = (None, None)
     grip: tuple[Array, Array] | None = None
+    lifted: bool = False
     normal: Array | None = None
     sd: float = SD
     normal_sd: float = NORMAL_SD
@@ -111,4 +117,9 @@ class PalmTouch:
         normal = normals[0] + normals[1]
         length = float(np.linalg.norm(normal))
         shown = normal / length if flat and length > 1.9 else None
-        return Touch((first, second), (0.5 * (middles[0] + middles[1]), frame), shown)
+        grip = (0.5 * (middles[0] + middles[1]), frame) if force.min() > GRIPS else None
+        weight = -sum(
+            float((palm.getWorldTransform().matrix()[:3, :3] @ self._felt[6 * i : 6 * i + 3])[2])
+            for i, palm in enumerate(self._palms)
+        )
+        return Touch((first, second), grip, weight > CARRIES, shown)

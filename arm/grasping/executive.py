@@ -56,7 +56,7 @@ class GraspExecutive:
     ) -> None:
         self.model = TwoArmModel(robot)
         arms = self.model.robot.arms
-        self.hands = Hands(np.array(arms.rest))
+        self.hands = Hands(np.array(arms.rest), self.model.q_lower, self.model.q_upper)
         self.feel = Feel()
         self.regions = Regions()
         self._law = Law(self.model, gains)

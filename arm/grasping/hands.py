@@ -17,7 +17,17 @@ from arm.control import Composable, chain, parallelised
 from arm.control.objective import Objective, Rows
 from arm.control.priority import damped_inverse, priorities
 from arm.grasping.model import JOINTS
-from arm.grasping.objectives import Carry, Clearance, Flat, Inward, Keep, Preshape, Reach, Rest
+from arm.grasping.objectives import (
+    Carry,
+    Clearance,
+    Ends,
+    Flat,
+    Inward,
+    Keep,
+    Preshape,
+    Reach,
+    Rest,
+)
 from arm.grasping.scene import Scene
 
 Array = NDArray[np.float64]
@@ -55,10 +65,12 @@ class Hands:
 
     Args:
         rest: posture of both arms, shape (14,) [rad].
+        lower, upper: ends of the joints, shape (14,) [rad].
     """
 
-    def __init__(self, rest: Array) -> None:
+    def __init__(self, rest: Array, lower: Array, upper: Array) -> None:
         self.reach, self.force, self.moment = Reach(), Inward(), Flat()
+        self.ends = Ends(lower, upper)
         self.carry, self.roll = Carry(), Keep()
         self.clearance, self.preshape, self.posture = Clearance(), Preshape(), Rest(rest)
         self.gm = self.force.subject_to(self.reach).called("gm")
@@ -84,7 +96,8 @@ class Hands:
         if move.composition == "sum":
             qd = plain_sum([*rows, *below])
         else:
-            qd = priorities([*rows, *below], JOINTS).qd
+            ends = self.ends.rows(scene, scene.dt)
+            qd = priorities([ends, *rows, *below], JOINTS).qd
         return qd, self._torque(move, scene)
 
     def _torque(self, move: Move, scene: Scene) -> Array:

@@ -342,6 +342,31 @@ class Preshape(Objective):
         return Rows(np.concatenate(J), np.concatenate(rate))
 
 
+class Ends(Objective):
+    """Keeps every joint off its ends, above everything else: back to ``MARGIN`` from them.
+
+    Args:
+        lower, upper: ends of the joints, shape (14,) [rad].
+    """
+
+    name = "ends"
+    gain = 4.0
+    MARGIN = 0.08
+
+    def __init__(self, lower: Array, upper: Array) -> None:
+        self._lower, self._upper = lower + self.MARGIN, upper - self.MARGIN
+        self._identity = np.eye(JOINTS)
+
+    def rows(self, kinematics: Any, dt: float) -> Rows:
+        """Of the joints that are too near to an end."""
+        q = kinematics.palms.q
+        off = np.minimum(np.maximum(q, self._lower), self._upper) - q
+        near = np.abs(off) > 1e-9
+        if not near.any():
+            return _NOTHING
+        return Rows(self._identity[near], self.gain * off[near])
+
+
 class Rest(Objective):
     """Joints towards their posture at rest, with what freedom is left."""
 

@@ -21,13 +21,13 @@ NAMES = ("approach", "reach", "contact", "comply")
 class Edges:
     """Where regions begin for those who come, and end for those who are in."""
 
-    distance: tuple[float, float] = (0.70, 0.78)
+    distance: tuple[float, float] = (0.68, 0.70)
     """Of the box from B, over the floor [m]."""
     nearest: tuple[float, float] = (0.50, 0.46)
     """Nearer than this it is too near [m]."""
-    aside: tuple[float, float] = (0.10, 0.18)
+    aside: tuple[float, float] = (0.10, 0.14)
     """Of the box from straight ahead [m]."""
-    facing: tuple[float, float] = (0.25, 0.40)
+    facing: tuple[float, float] = (0.20, 0.30)
     """Yaw of the box in B [rad]."""
     line: tuple[float, float] = (0.014, 0.024)
     """Of a palm from the line [m]."""
