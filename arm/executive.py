@@ -76,6 +76,7 @@ class Executive:
         self._reference = JointReference(np.array(self.model.robot.arm.velocity_limit))
         self._board = BoardPlace(board)
         self._R_OS, self._p_OS = self._board.R, self._board.p
+        self._into_board = -self._R_OS[:, 2]
         self.state = "idle"
         self.reason = ""
         self._automaton: Automaton | None = None
@@ -321,16 +322,18 @@ class Executive:
                 self._take(Station(0.0))
         base = self._platform.base
         self._board.follow(state.t)
-        self._R_OS, self._p_OS = self._board.R, self._board.p
+        if self._board.R is not self._R_OS:  # it is seen to drift
+            self._R_OS, self._p_OS = self._board.R, self._board.p
+            self._into_board = -self._R_OS[:, 2]
         reference = self._reference
         reference.advance(dt)
         kinematics = self.model.place(base, reference.q, reference.qd)
-        contact = kinematics.R @ -state.wrench[:3]  # of the tool on the world, in O
+        contact = -kinematics.R.dot(state.wrench[:3])  # of the tool on the world, in O
         self._ticks += 1
         if self._ticks % MARGIN_TICKS == 1:
             self._reach = self._limits.reach_margin()
         reach = self._reach
-        force = float(-self._R_OS[:, 2] @ contact)
+        force = float(self._into_board.dot(contact))
         self._felt.step(force, dt)
         context = Context(
             dt=dt,
@@ -364,7 +367,7 @@ class Executive:
             reference.qd,
             base,
             kinematics,
-            contact if self._touching() else np.zeros(3),
+            contact if self._touching() else None,
         )
         violated = self._limits.violated(
             dt,
@@ -410,9 +413,10 @@ class Executive:
             self._start_node = False
             context.desired = context.tip
             self._next_node(context)
-        leaving = context.reach_margin < LEAVING or self._limits.joint_margin < LEAVING_JOINT
-        if isinstance(self._control, Station) and leaving:
-            self._take(Retreat(0.0))  # the platform drives away: come along
+        if isinstance(self._control, Station):
+            joint = self._limits.joint_margin
+            if context.reach_margin < LEAVING or joint < LEAVING_JOINT:
+                self._take(Retreat(0.0))  # the platform drives away: come along
         if self._start_control and self._control is not None:
             self._start_control = False
             self._control.enter(context)

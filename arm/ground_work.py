@@ -53,11 +53,13 @@ class GroundWork:
         momentum = self._model.carried_momentum(reference.qd)
         since, self._t = now - self._t, now
         gained, self._momentum = momentum - self._momentum, momentum
+        reaction = -gained / since if 0.0 < since < LONGEST else np.zeros(3)
         return {
             "anchored": pressing,
             "tool": p_OS + R_OS @ step.desired,
             "tool_velocity": R_OS @ step.velocity,
             "facing": math.atan2(-R_OS[1, 2], -R_OS[0, 2]),
             "speed_margin": max(0.0, 1.0 - float((np.abs(reference.qd) / self._limit).max())),
-            "reaction": -gained / since if 0.0 < since < LONGEST else np.zeros(3),
+            "reaction": reaction,
+            "recoil": self._model.recoil(reaction),
         }

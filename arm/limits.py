@@ -77,9 +77,8 @@ class Limits:
             reach_margin: see ``reach_margin`` [m]; None where it does not matter.
         """
         # encoder differences are noisy: judge the speed over about 10 ms
-        self._speed += min(dt / 0.01, 1.0) * (qd - self._speed)
-        speed = np.abs(self._speed) - self._velocity
-        if speed.max() > 0.0:
+        self._speed += (qd - self._speed) * min(dt / 0.01, 1.0)
+        if max(map(abs, (self._speed / self._velocity).tolist())) > 1.0:
             i = int((np.abs(self._speed) / self._velocity).argmax())
             return f"velocity limit of {self._names[i]}: {self._speed[i]:.2f} rad/s"
         force = math.hypot(*wrench[:3].tolist())
@@ -93,8 +92,9 @@ class Limits:
             if reach_margin < self._reach_floor:
                 return f"reach limit: {-1000 * reach_margin:.0f} mm beyond"
             self._reach_floor = min(max(self._reach_floor, reach_margin - EXCUSED), 0.0)
-        error = np.abs(q_ref - q)
-        if error.max() > TRACKING:
+        error = q_ref - q
+        if max(map(abs, error.tolist())) > TRACKING:
+            error = np.abs(error)
             i = int(error.argmax())
             return f"tracking limit of {self._names[i]}: {error[i]:.2f} rad behind its reference"
         self._saturated = self._saturated + dt if saturated else 0.0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -67,6 +68,23 @@ class Kinematics:
     steady: Array | None = None
 
 
+@dataclass(slots=True, eq=False)
+class Inertia:
+    """Of the arm on its platform, at one posture.
+
+    Attributes:
+        joints: M_aa, by acceleration of the joints, shape (6, 6) [kg m^2].
+        recoiling: the same for a platform that is free to recoil, M_aa - M_ab M_bb^-1 M_ba.
+        platform: M_ab, by acceleration of the platform, shape (6, 3) [kg m, kg m, kg m^2].
+        diagonal: of ``joints``, shape (6,) [kg m^2].
+    """
+
+    joints: Array
+    recoiling: Array
+    platform: Array
+    diagonal: Array
+
+
 class ArmModel:
     """Nominal kinematics and dynamics of arm on platform.
 
@@ -82,7 +100,6 @@ class ArmModel:
         self._tip = np.array([0.0, 0.0, self.robot.pen.tip_radius])
         self._positions = np.zeros(DOFS)
         self._velocities = np.zeros(DOFS)
-        self._inertia = np.zeros(6)
         lower = self._skeleton.getPositionLowerLimits()[ARM]
         upper = self._skeleton.getPositionUpperLimits()[ARM]
         self.q_lower: Array = np.array(lower)
@@ -105,39 +122,49 @@ class ArmModel:
         self._skeleton.setVelocities(self._velocities)
         pose = self._pen.getWorldTransform().matrix()
         jacobian = self._skeleton.getWorldJacobian(self._pen, self._tip)  # angular rows first
-        J = jacobian.take(_LINEAR_FIRST, axis=0)
-        platform = J[:, PLATFORM]
+        platform = jacobian[:, PLATFORM].take(_LINEAR_FIRST, axis=0)
         R = pose[:3, :3]
         return Kinematics(
-            p=pose[:3, 3] + R @ self._tip,
+            p=pose[:3, 3] + R.dot(self._tip),
             R=R,
-            J=J[:, ARM],
-            drift=platform @ base.velocity,
+            J=jacobian[:, ARM].take(_LINEAR_FIRST, axis=0),
+            drift=platform.dot(base.velocity),
             q=q,
-            steady=None if base.steady is None else platform @ base.steady,
+            steady=None if base.steady is None else platform.dot(base.steady),
         )
 
-    def torque(self, feedforward: Array, feedback: Array, base_acceleration: Array) -> Array:
+    def inertia(self) -> Inertia:
+        """At the state last placed."""
+        mass = self._skeleton.getMassMatrix()
+        joints = np.ascontiguousarray(mass[ARM, ARM])
+        platform = np.ascontiguousarray(mass[ARM, PLATFORM])
+        recoil = dposv(mass[PLATFORM, PLATFORM], platform.T)[1]
+        return Inertia(joints, joints - platform.dot(recoil), platform, joints.diagonal())
+
+    def torque(
+        self,
+        inertia: Inertia,
+        feedforward: Array,
+        feedback: Array,
+        base_acceleration: Array,
+    ) -> Array:
         """Torque at the state last placed, shape (6,) [N m], without friction.
 
         Gravity, Coriolis, rotor inertia and the platform's acceleration are in it. The feedback
-        goes through the inertia that the joints feel on a platform free to recoil,
-        M_aa - M_ab M_bb^-1 M_ba: with M_aa alone the loop of joint 1 is half as fast again as
-        meant, and goes unstable with the observer in it.
+        goes through the inertia that the joints feel on a platform free to recoil: with M_aa
+        alone the loop of joint 1 is half as fast again as meant, and goes unstable with the
+        observer in it.
 
         Args:
+            inertia: at that state or one near it.
             feedforward: joint accelerations of the reference, shape (6,) [rad/s^2].
             feedback: joint accelerations asked for by the joint error, shape (6,) [rad/s^2].
             base_acceleration: A_OB_O, recoil included, shape (3,).
         """
-        mass = self._skeleton.getMassMatrix()
-        bias = self._skeleton.getCoriolisAndGravityForces()
-        M_ab = mass[ARM, PLATFORM]
-        recoil = dposv(mass[PLATFORM, PLATFORM], M_ab.T @ feedback)[1]
-        self._inertia = mass.diagonal()[ARM]
-        tau: Array = mass[ARM, ARM] @ (feedforward + feedback)
-        tau += M_ab @ (base_acceleration - recoil)
-        tau += bias[ARM]
+        tau: Array = inertia.joints.dot(feedforward)
+        tau += inertia.recoiling.dot(feedback)
+        tau += inertia.platform.dot(base_acceleration)
+        tau += self._skeleton.getCoriolisAndGravityForces()[ARM]
         return tau
 
     def carried_momentum(self, qd: Array) -> Array:
@@ -151,14 +178,22 @@ class ArmModel:
         """
         return np.asarray(self._skeleton.getMassMatrix()[PLATFORM, ARM] @ qd)
 
-    def inertia_diagonal(self) -> Array:
-        """Inertia each joint sees at the state of the last ``torque``, shape (6,) [kg m^2]."""
-        return self._inertia
+    def recoil(self, reaction: Array) -> Array:
+        """Acceleration of a freely rolling platform with the arm on it, at the state last placed.
+
+        Args:
+            reaction: F_B in O, shape (3,) [N, N, N m].
+
+        Returns:
+            A_OB_O, shape (3,) [m/s^2, m/s^2, rad/s^2].
+        """
+        mass = self._skeleton.getMassMatrix()[PLATFORM, PLATFORM]
+        return np.asarray(dposv(mass, reaction)[1])
 
     def stretch(self) -> float:
         """Distance from shoulder to wrist at the state last placed [m]."""
         wrist, shoulder = self.wrist_and_shoulder()
-        return float(np.linalg.norm(wrist - shoulder))
+        return math.dist(wrist.tolist(), shoulder.tolist())
 
     def wrist_and_shoulder(self) -> tuple[Array, Array]:
         """Centres of wrist and shoulder in O at the state last placed, shapes (3,) [m]."""
@@ -170,4 +205,5 @@ class ArmModel:
 
     def joint_margin(self, q: Array) -> float:
         """Smallest distance of ``q`` to a joint limit [rad]; negative beyond it."""
-        return float(np.minimum(q - self.q_lower, self.q_upper - q).min())
+        above, below = (q - self.q_lower).tolist(), (self.q_upper - q).tolist()
+        return float(min(above + below))

@@ -47,9 +47,8 @@ class PlatformMotion:
     def _brought_forward(self, dt: float, age: float, estimate: Estimate) -> Base:
         """What was estimated ``age`` [s] ago, now, with its acceleration kept."""
         acceleration = estimate.acceleration
-        gained = acceleration * age
-        velocity = estimate.velocity + gained
-        pose = estimate.pose + (estimate.velocity + 0.5 * gained) * age
+        velocity = estimate.velocity + acceleration * age
+        pose = estimate.pose + (estimate.velocity + velocity) * (0.5 * age)
         before = self.base.steady
         if before is None:
             return Base(pose, velocity, acceleration, velocity)
@@ -62,6 +61,8 @@ def _unusable(now: float, estimate: Estimate | None) -> str:
     if estimate is None:
         return "no estimate of the platform yet"
     age = now - estimate.t
-    if abs(age) > ESTIMATE_AGE:
+    if age < -ESTIMATE_AGE:
+        return f"the arm is {-1000 * age:.0f} ms behind the estimate of the platform"
+    if age > ESTIMATE_AGE:
         return f"estimate of the platform is {1000 * age:.0f} ms old"
     return "" if estimate.valid else f"estimate of the platform is invalid: {estimate.reason}"

@@ -57,7 +57,8 @@ class Retreat:
         self._gone = 0.0
         self._speed = 0.0
         self._position = Position(np.eye(3), gain=0.0)
-        self._orientation = Orientation(context.kinematics.R, gain=0.0)
+        orientation = Orientation(context.kinematics.R, gain=0.0)
+        self._objective = orientation.subject_to(self._position)
 
     def update(self, context: Context) -> Step:
         """The objective is None once the tool is away."""
@@ -68,7 +69,7 @@ class Retreat:
         self._speed = min(self._speed, AWAY_GAIN * left)
         self._gone += self._speed * context.dt
         self._position.track(np.zeros(3), -self._speed * context.kinematics.R[:, 2])
-        return Step(self._orientation.subject_to(self._position), context.tip, np.zeros(3))
+        return Step(self._objective, context.tip, np.zeros(3))
 
 
 class Station:
@@ -88,7 +89,8 @@ class Station:
         self._start = context.tip
         self._profile = Profile(self._distance, STATION_SPEED, 0.5)
         self._position = Position(np.eye(3))
-        self._orientation = Orientation(context.R_OS @ TOOL_ON_BOARD)
+        orientation = Orientation(context.R_OS @ TOOL_ON_BOARD)
+        self._objective = orientation.subject_to(self._position)
 
     def update(self, context: Context) -> Step:
         """Off the board, then still."""
@@ -96,7 +98,7 @@ class Station:
         desired = self._start + np.array([0.0, 0.0, s])
         velocity = np.array([0.0, 0.0, v])
         self._position.track(context.p_OS + context.R_OS @ desired, context.R_OS @ velocity)
-        return Step(self._orientation.subject_to(self._position), desired, velocity)
+        return Step(self._objective, desired, velocity)
 
 
 class Return:
@@ -125,7 +127,8 @@ class Return:
         self._direction = way / length if length > 0 else np.zeros(3)
         self._profile = Profile(length, RETURN_SPEED, 0.3)
         self._position = Position(np.eye(3))
-        self._orientation = Orientation(context.R_OS @ TOOL_ON_BOARD)
+        orientation = Orientation(context.R_OS @ TOOL_ON_BOARD)
+        self._objective = orientation.subject_to(self._position)
         self._filter = LowPass(20.0)
         self._waited = 0.0
 
@@ -150,5 +153,4 @@ class Return:
             elif desired[2] < self._goal[2] - SEARCH:
                 event = "Out_of_Reach"
         self._position.track(context.p_OS + context.R_OS @ desired, context.R_OS @ velocity)
-        objective = self._orientation.subject_to(self._position)
-        return Step(objective, desired, velocity, event, filtered=force)
+        return Step(self._objective, desired, velocity, event, filtered=force)

@@ -55,6 +55,6 @@ class JointReference:
             self._fade = min(self._fade + dt / self._fade_time, 1.0)
             x = self._fade
             wanted = wanted + self._offset * (1.0 - x * x * (3.0 - 2.0 * x))
-        excess = float((np.abs(wanted) / self._limit).max())
+        excess = max(map(abs, (wanted / self._limit).tolist()))
         self.clamped = excess > 1.0
         self.qd = wanted / excess if self.clamped else wanted

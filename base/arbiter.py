@@ -58,8 +58,8 @@ class Arbiter:
 
     def choose(self, now: float, votes: Mapping[str, Vote]) -> Array:
         """The command for robot time ``now`` [s]: (3,) V_OB_B; no votes at all mean zero."""
-        mean, bound, limits = collect(votes.values(), self._speed)
-        before, self.wanted = self.wanted, RULES[self._rule](mean, bound, limits)
+        before, self.wanted = self.wanted, self.fuse(votes)
+        limits = collect(votes.values(), self._speed)[2]
         elapsed = self._period if self._newest is None else now - self._newest
         elapsed = min(elapsed, self._period)
         if elapsed <= 1e-6:
@@ -70,6 +70,10 @@ class Arbiter:
             command = self._within(command, limits, elapsed)
         self._limit.take(command, elapsed)
         return command
+
+    def fuse(self, votes: Mapping[str, Vote]) -> Array:
+        """(3,) V_OB_B that the votes come to under their limits, however it is got to."""
+        return RULES[self._rule](*collect(votes.values(), self._speed))
 
     def plan(self, wishes: Iterable[Array]) -> Array:
         """(n, 3) the commands after the newest, if these (3,) are wanted one after the other."""

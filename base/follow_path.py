@@ -65,13 +65,21 @@ class FollowPath:
 
         heading = estimate.pose[2] + estimate.velocity[2] * (now - estimate.t)
         then = now + self._ahead
-        wanted = self._body_velocity(then)
-        rate = (self._body_velocity(then + _H) - self._body_velocity(then - _H)) / (2 * _H)
         # a heading error must not turn the path's velocity in the ground frame
-        ahead = rotate(self.reference(now)[2] - heading, wanted + self._lag * rate)
+        ahead = rotate(self.reference(now)[2] - heading, self._fed(then))
         error = difference(self.reference(estimate.t), estimate.pose)
         feedback = shorten(self._gain * error, translation=0.15, turn=0.3)
         return Vote(ahead + rotate(-heading, feedback))
+
+    def ahead(self, times: list[float]) -> Array:
+        """(n, 3) V_OB_B that it will feed ahead at robot times (n,), feedback apart."""
+        return np.array([self._fed(t + self._ahead) for t in times])
+
+    def _fed(self, then: float) -> Array:
+        """(3,) through the inverse of the lag, along axes of the path's own pose."""
+        wanted = self._body_velocity(then)
+        rate = (self._body_velocity(then + _H) - self._body_velocity(then - _H)) / (2 * _H)
+        return wanted + self._lag * rate
 
     def reference(self, t: float) -> Array:
         """(3,) X_OB of the path at robot time ``t`` [s]."""

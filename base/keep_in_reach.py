@@ -49,6 +49,8 @@ class KeepInReach:
         ahead: how much later than ``now`` a command acts on average [s].
         offset: where in B the tool is at ease [m].
         gain: of the attraction [1/s].
+        push_back: share of the push from the arm's own motion that is countered. Zero, because
+            all of it, some 50 ms late, shakes the heading more (docs/long_line.md).
     """
 
     name = "keep_in_reach"
@@ -60,10 +62,12 @@ class KeepInReach:
         ahead: float,
         offset: tuple[float, float] = OFFSET,
         gain: float = 0.8,
+        push_back: float = 0.0,
     ) -> None:
+        self._push_back = push_back
         self._floor = FLOOR * reach
         self._full = 2.0 * self._floor
-        self._lead = lag + ahead
+        self._lag, self._lead = lag, lag + ahead
         self._offset = np.array([*offset, 0.0])
         self._gain = gain
         self._along = np.zeros(3)
@@ -90,6 +94,8 @@ class KeepInReach:
         missed = error + (self._along - senses.estimate.velocity) * self._lead
         pull = shorten(self._gain * missed, translation=RELATIVE, turn=TURN)
         wanted = self._along + np.array([pull[0], pull[1], self._gain * error[2]])
+        # the drive turns a velocity error e into an acceleration e / lag: as much against the arm
+        wanted = wanted - self._push_back * self._lag * arm.recoil
         return Vote(
             rotate(-pose[2], wanted),
             weight=1.0 + (URGENT - 1.0) * self._urgency(arm),

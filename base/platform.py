@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path as File
 from typing import Any
@@ -12,24 +13,44 @@ from pydantic import ValidationError
 
 from base.approach import Approach
 from base.arbiter import Arbiter
+from base.avoid import Avoid
 from base.behaviour import STOP, Behaviour, Senses, Vote
+from base.dock import Dock
 from base.drive_to import DriveTo
+from base.find_way import FindWay
 from base.follow_path import FollowPath
+from base.give_way import GiveWay
 from base.hold_still import HoldStill
 from base.keep_in_reach import KeepInReach
 from base.nodes.build import load_program
+from base.notice import WARNING, Notice
 from base.paths import Path, build
+from base.picture import Picture
 from base.planar import rotate
+from base.position import Position
 from base.program import RunProgram
+from base.progress import Progress
+from base.respond_to_contact import RespondToContact
 from base.turn_drive_turn import TurnDriveTurn
 from deploy.robot import Equipped
 from deploy.task import BaseTask
-from services.messages import ArmStatus, BaseCommand, BaseStatus, Estimate
+from services.messages import (
+    ArmStatus,
+    Array,
+    BaseCommand,
+    BaseStatus,
+    Bumper,
+    Estimate,
+    Scan,
+    Vision,
+)
 
 PERIOD = 0.05
 """Time between steps [s]."""
 AGE_LIMIT = 0.05
 """Age beyond which an estimate is not driven on [s]."""
+PLANNED = 6
+"""Commands that are published ahead."""
 _ROLLING = np.array([1.0, 0.0, 1.0])  # what a differential drive can do of V_OB_B
 
 
@@ -38,13 +59,16 @@ class Platform:
 
     It publishes a command every step, zero included: silence is for the drive's watchdog. Without
     a usable estimate, after ``stop`` and after a restart it brings the velocity to zero within
-    the acceleration limits and says why. Only ``resume`` ends the latter two.
+    the limits and says why. Only ``resume`` ends the latter two. A platform that gets nowhere
+    (``base/progress.py``) stands as ``blocked`` until ``resume`` or another task.
 
     Args:
         robot: description, for the limits and the lag of the drive.
         task: what to do.
         restarted: the process was running before and died; come up stopped.
         beside: folder that relative paths of programs start from.
+        avoid: stop before what the laser sees and make way for it, and stand without scans.
+        warn: say ``starting`` for a while before moving from rest (``base/notice.py``).
 
     Raises:
         ValueError: the task asks for more than the platform can do.
@@ -56,14 +80,34 @@ class Platform:
         task: BaseTask,
         restarted: bool = False,
         beside: File | None = None,
+        avoid: bool = False,
+        warn: bool = False,
     ) -> None:
         platform = robot.platform
         self._description = platform
         self._differential = robot.chassis.drive == "differential"
         self._beside = beside
         self._reach = robot.reach
-        self._arbiter = Arbiter(platform.speed_limit, platform.acceleration_limit, PERIOD)
+        speed = np.array(platform.speed_limit)
+        self._arbiter = Arbiter(
+            speed * _ROLLING if self._differential else speed,
+            platform.acceleration_limit,
+            PERIOD,
+            robot.chassis.jerk_limit,
+            task.fusion,
+        )
+        self._radius = robot.chassis.radius
+        self._picture = None if robot.laser is None else Picture(robot.laser, self._radius)
         self._standing: list[Behaviour] = []
+        if robot.bumper is not None:
+            self._standing.append(RespondToContact())
+        if avoid and self._picture is not None:
+            self._standing.append(Avoid(self._picture, platform, robot.chassis, PERIOD))
+            if not self._differential:
+                self._standing.append(GiveWay(self._picture, self._radius))
+        self._progress = Progress()
+        self._notice = Notice() if warn else None
+        self._blocked = ""
         self._stopped = "restarted; waiting for resume" if restarted else ""
         self._waiting: HoldStill | None = None
         self.set_task(task)
@@ -91,6 +135,7 @@ class Platform:
         self._main = main
         self._task = task
         self._waiting = None
+        self._blocked = ""
 
     def set_goal(self, x: float, y: float, heading: float) -> None:
         """Drive to X_OB = (x, y [m], heading [rad]).
@@ -156,10 +201,16 @@ class Platform:
 
     def resume(self) -> None:
         """End a stop; the task goes on from where the platform is."""
-        self._stopped = ""
+        self._stopped = self._blocked = ""
 
     def step(
-        self, now: float, estimate: Estimate | None, arm: ArmStatus | None = None
+        self,
+        now: float,
+        estimate: Estimate | None,
+        arm: ArmStatus | None = None,
+        scan: Scan | None = None,
+        bumper: Bumper | None = None,
+        vision: Mapping[str, Vision] | None = None,
     ) -> tuple[BaseCommand, BaseStatus]:
         """One decision.
 
@@ -167,36 +218,89 @@ class Platform:
             now: robot time [s].
             estimate: newest from the observer.
             arm: newest status of the arm, for behaviours that care.
+            scan: newest of the laser.
+            bumper: newest of the bumpers.
+            vision: newest sighting of each object, by its name.
 
         Returns:
             The command, and what each behaviour wanted.
         """
-        reason = self._stopped or _unusable(now, estimate)
+        reason = self._stopped or _unusable(now, estimate) or self._blocked
         votes: dict[str, Vote] = {}
         if reason or estimate is None:
             votes["stop"] = STOP
-            state = "stopped"
+            state = "blocked" if reason and reason == self._blocked else "stopped"
         else:
-            senses = Senses(estimate, arm)
+            senses = Senses(estimate, arm, scan, bumper, vision or {}, self._arbiter.chosen)
             main = self._main
             if now < self._task.start_at:
                 main = self._waiting = self._waiting or HoldStill()
                 reason = f"{self._main.name} starts at {self._task.start_at:g} s"
             for behaviour in (main, *self._standing):
-                vote = behaviour.vote(now, senses)
+                if behaviour is main and self._notice is not None and self._notice.counts(now):
+                    vote = Vote(np.zeros(3), weight=0.0)  # a path's time must not run meanwhile
+                else:
+                    vote = behaviour.vote(now, senses)
                 if not np.isfinite(vote.velocity).all():
                     vote, reason = STOP, f"{behaviour.name} asked for a velocity that is no number"
                 if self._differential:  # what is not possible shall not weigh on what is
                     vote = replace(vote, velocity=vote.velocity * _ROLLING)
                 votes[behaviour.name] = vote
-            reason = reason or votes[main.name].reason
-            state = main.state
+            says = [votes[main.name].reason, *(v.reason for v in votes.values())]
+            reason = reason or next(filter(None, says), "")
+            nowhere = self._check(now, estimate, votes, main)
+            state = "blocked" if nowhere else main.state
+            if nowhere:  # it stands, rather than to feel its way along what holds it
+                votes[main.name] = replace(votes[main.name], velocity=np.zeros(3))
+            reason = f"{nowhere}: {reason}" if nowhere and reason else nowhere or reason
+            if self._warns(now, votes):
+                state, reason = "starting", reason or f"about to move; warning for {WARNING:g} s"
         chosen = self._arbiter.choose(now, votes)
         shown = {name: [*map(float, v.velocity), float(v.weight)] for name, v in votes.items()}
         return (
-            BaseCommand(t=now, velocity=chosen),
+            BaseCommand(
+                t=now, velocity=chosen, planned=self._plan(now, state in ("stopped", "blocked"))
+            ),
             BaseStatus(t=now, state=state, reason=reason, votes=shown, chosen=chosen),
         )
+
+    def _warns(self, now: float, votes: dict[str, Vote]) -> bool:
+        """Whether people are being warned; what stands is held until they have been."""
+        if self._notice is None:
+            return False
+        start = self._task.start_at
+        if now < start:
+            if now >= start - WARNING - 1e-9:
+                self._notice.announce(now)
+                return True
+            return False
+        if self._notice.holds(now, votes, self._arbiter.chosen):
+            votes["notice"] = STOP
+            return True
+        return False
+
+    def _check(
+        self, now: float, estimate: Estimate, votes: Mapping[str, Vote], main: Behaviour
+    ) -> str:
+        """Why it gets nowhere; what will not pass by itself is kept."""
+        velocity = rotate(-estimate.pose[2], estimate.velocity)
+        place, going = estimate.pose[:2], main.state == "driving"
+        wanted = votes[main.name].velocity
+        outvoted = any(v.weight > 0 for name, v in votes.items() if name != main.name)
+        allowed = wanted if outvoted else self._arbiter.fuse(votes)
+        command = self._arbiter.chosen
+        nowhere = self._progress.check(now, wanted, allowed, command, velocity, place, going)
+        if nowhere and not nowhere.startswith("held"):
+            self._blocked = nowhere
+        return nowhere
+
+    def _plan(self, now: float, stops: bool) -> Array:
+        """(n, 3) the commands to come: the path's own future, else on the way to what is wanted."""
+        wanted = np.tile(self._arbiter.wanted, (PLANNED, 1))
+        if isinstance(self._main, FollowPath) and not stops:
+            ahead = self._main.ahead([now + PERIOD * i for i in range(PLANNED + 1)])
+            wanted = wanted + (ahead[1:] - ahead[0])
+        return self._arbiter.plan(wanted)
 
     def _behaviour(self, task: BaseTask) -> Behaviour:
         if task.behaviour == "program":
@@ -206,7 +310,19 @@ class Platform:
                 self._differential,
                 self._pace(),
                 {k: np.array(v) for k, v in given.items() if v is not None},
+                self._picture,
             )
+        if task.behaviour in ("find_way", "dock") and self._picture is None:
+            raise ValueError(f"behaviour {task.behaviour!r} needs a laser; this robot has none")
+        if self._differential and task.behaviour in ("dock", "position", "find_way"):
+            raise ValueError(f"behaviour {task.behaviour!r} needs a holonomic platform")
+        if task.behaviour == "dock" and self._picture is not None:
+            assert task.distance is not None
+            return Dock(task.distance, math.radians(task.bearing_deg), self._picture)
+        if task.behaviour == "position":
+            return Position(np.array(task.goal))
+        if task.behaviour == "find_way" and self._picture is not None:
+            return FindWay(np.array(task.goal), self._picture, self._radius)
         if task.goal is not None and self._differential:
             return TurnDriveTurn(np.array(task.goal), self._pace())
         if task.goal is not None:
@@ -225,7 +341,8 @@ class Platform:
     def _pace(self) -> Approach:
         """How fast a goal is approached."""
         speed, _, turn = self._description.speed_limit
-        return Approach(speed=min(0.5, speed), turn=min(0.8, turn))
+        gain = 2.0 if self._differential else 1.2
+        return Approach(speed=min(0.5, speed), turn=min(0.8, turn), gain=gain)
 
     def _refuse_too_fast(self, path: Path) -> None:
         horizon = min(path.duration, 60.0)

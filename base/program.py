@@ -10,10 +10,11 @@ import numpy as np
 from arm.hds import ABORT, Automaton, Program
 from base.approach import Approach
 from base.behaviour import Senses, Vote
-from base.hold_still import HoldStill
 from base.nodes import Context, Control, Step, Wait
 from base.nodes.build import build
 from base.nodes.place import GIVEN
+from base.picture import Picture
+from base.stand import Stand
 from base.turn_drive_turn import range_and_bearing
 from services.messages import Array
 
@@ -32,9 +33,11 @@ class RunProgram:
         differential: the platform cannot move sideways.
         approach: how fast the platform may go.
         given: (3,) X_OF of the task's ``goal`` and ``object``, those that it gives.
+        picture: of the laser, None without one.
 
     Raises:
-        ValueError: a node speaks of a frame that the task does not give.
+        ValueError: a node speaks of a frame that the task does not give, or asks for what this
+            platform cannot do.
     """
 
     name = "program"
@@ -45,8 +48,11 @@ class RunProgram:
         differential: bool,
         approach: Approach,
         given: Mapping[str, Array],
+        picture: Picture | None = None,
     ) -> None:
         for node in program.nodes.values():
+            if node.type == "Dock" and (differential or picture is None):
+                raise ValueError(f"node {node.name}: Dock needs a holonomic platform and a laser")
             of = node.parameters.get("Of")
             if of in GIVEN and of not in given:
                 raise ValueError(
@@ -56,9 +62,10 @@ class RunProgram:
         self._automaton = Automaton(program)
         self._differential = differential
         self._approach = approach
+        self._picture = picture
         self._frames: dict[str, Array] = {"ground": np.zeros(3), **given}
         self._control: Control | None = None
-        self._still = HoldStill()
+        self._still = Stand()
         self._state = "running"
         self._last: float | None = None
         self._in_node = 0.0
@@ -132,13 +139,14 @@ class RunProgram:
         if self._automaton.finished:
             self._control = None
             self._state = "finished"
-            self._still = HoldStill()
+            self._still = Stand()
             return
         self._control = build(self._automaton.node)
         self._control.enter(context)
 
     def _context(self, now: float, dt: float, senses: Senses) -> Context:
-        return Context(now, dt, senses, self._frames, self._differential, self._approach)
+        approach, picture = self._approach, self._picture
+        return Context(now, dt, senses, self._frames, self._differential, approach, picture)
 
     def _quantities(self, context: Context, step: Step) -> dict[str, float]:
         """All that guards may look at [SI]; NaN for what the task does not give."""

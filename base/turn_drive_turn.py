@@ -16,7 +16,7 @@ from base.behaviour import Senses, Vote
 from base.planar import difference, wrap
 from services.messages import Array
 
-COURSE = 0.02
+COURSE = 0.05
 """Bearing error at which a turn gives way to the drive [rad] ..."""
 OFF_COURSE = 0.5
 """... and beyond which a drive gives way to a turn [rad]."""
@@ -26,7 +26,7 @@ STRAIGHT = 0.3
 """... and asks for no other heading than this [rad], is backed up to."""
 STEERED = 0.15
 """Nearer to the goal than this the drive is steered less and less, in vain as it is [m]."""
-PASSED = 0.25
+PASSED = 0.5
 """Share of the tolerance left ahead at which a drive ends."""
 
 

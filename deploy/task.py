@@ -126,11 +126,23 @@ PathSpec = Annotated[SwayPath | CirclePath | PolylinePath, Field(discriminator="
 class BaseTask(Documented):
     """What the platform is to do."""
 
-    behaviour: Literal["hold_still", "drive_to", "follow_path", "keep_in_reach", "program"] = (
-        "hold_still"
-    )
+    behaviour: Literal[
+        "hold_still",
+        "drive_to",
+        "find_way",
+        "position",
+        "dock",
+        "follow_path",
+        "keep_in_reach",
+        "program",
+    ] = "hold_still"
     goal: Pose2 | None = None
-    """For drive_to: X_OB to reach, x, y [m], heading [rad]. For program: its frame ``goal``."""
+    """For drive_to, find_way, position: X_OB to reach, x, y [m], heading [rad]. For program: its
+    frame ``goal``."""
+    distance: Annotated[float, Field(ge=0.2, le=5)] | None = None
+    """For dock: from the middle of the platform to the surface [m]."""
+    bearing_deg: Annotated[float, Field(ge=-180, le=180)] = 0.0
+    """For dock: where from the platform the surface is to be, and is looked for [deg]."""
     path: PathSpec | None = None
     """For follow_path: relative to ``origin``."""
     origin: Pose2 | None = None
@@ -141,17 +153,29 @@ class BaseTask(Documented):
     """For program: its frame ``object``, whose x axis points out of the object's front."""
     start_at: NonNegative = 0.0
     """The platform holds still before this robot time [s]."""
+    avoid: bool = True
+    """With a laser: stop before what it sees, make way, stand without it. Read at the start."""
+    fusion: Literal["optimum", "weighted"] = "optimum"
+    """How votes are made one command. Read at the start."""
 
     @model_validator(mode="after")
     def _complete(self) -> BaseTask:
         may = {
-            "goal": ("drive_to", "program"),
+            "goal": ("drive_to", "find_way", "position", "program"),
+            "distance": ("dock",),
             "path": ("follow_path",),
             "origin": ("follow_path",),
             "program": ("program",),
             "object": ("program",),
         }
-        needs = {("drive_to", "goal"), ("follow_path", "path"), ("program", "program")}
+        needs = {
+            ("drive_to", "goal"),
+            ("find_way", "goal"),
+            ("position", "goal"),
+            ("dock", "distance"),
+            ("follow_path", "path"),
+            ("program", "program"),
+        }
         for key, behaviours in may.items():
             given = getattr(self, key) not in (None, "")
             if given and self.behaviour not in behaviours:
@@ -211,7 +235,8 @@ def find_program(
         if path.is_file():
             return path
     known = sorted(p.name for folder in folders for p in folder.glob("*.hds"))
-    near = difflib.get_close_matches(name, known, n=1)
+    own = [p.name for p in beside.glob("*.hds")] if beside else []
+    near = difflib.get_close_matches(name, [*own, *known], n=1)
     hint = f" (did you mean {near[0]!r}?)" if near else ""
     asks = f"{key}: " if key else ""
     raise BadFile(candidates[0], [f"{asks}no program {program!r}{hint}. Known: {', '.join(known)}"])

@@ -69,6 +69,12 @@ def _finding(model: type[BaseModel], error: dict[str, Any]) -> str:
         near = difflib.get_close_matches(str(error["loc"][-1]), known, n=1)
         hint = f"; did you mean {near[0]!r}?" if near else ""
         return f"{where}: unknown key{hint} Allowed: {', '.join(known)}"
+    if error["type"] == "union_tag_invalid":
+        tag, known = error["ctx"]["tag"], error["ctx"]["expected_tags"].replace("'", "").split(", ")
+        near = difflib.get_close_matches(str(tag), known, n=1)
+        hint = f"; did you mean {near[0]!r}?" if near else ""
+        key = error["ctx"]["discriminator"].strip("'")
+        return f"{where}.{key}: unknown {key} {tag!r}{hint} Allowed: {', '.join(known)}"
     got = "" if error["type"] == "missing" else f" (got {error['input']!r})"
     return f"{where}: {error['msg']}{got}"
 

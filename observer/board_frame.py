@@ -48,11 +48,18 @@ class BoardOptions:
     """So many refused in a row mean that the platform has slipped: all are believed again, ..."""
     slipped: tuple[float, float] = (0.05, 0.05)
     """... with this added to what is not known [m], [rad]."""
-    frequency: float = 1.5
+    leaning: float = 1.3
+    """A slip too small for the gate: the mean of the last ten or so sightings leans to one side by
+    so many deviations of one, ..."""
+    recent: float = 0.1
+    """... this being the weight of the newest in that mean ..."""
+    slid: float = 0.002
+    """... and this added to what is not known of the place [m]."""
+    frequency: float = 2.0
     """Of the critically damped law by which the output follows [rad/s]."""
-    rate: tuple[float, float] = (0.003, 0.004)
+    rate: tuple[float, float] = (0.004, 0.004)
     """Largest velocity of a correction [m/s], [rad/s] ..."""
-    acceleration: tuple[float, float] = (0.005, 0.01)
+    acceleration: tuple[float, float] = (0.01, 0.01)
     """... and acceleration [m/s^2], [rad/s^2]."""
     period: float = 0.02
     """Between two messages [s]."""
@@ -84,6 +91,7 @@ class BoardFrame:
         self.P = np.diag(np.square([o.placed[0], o.placed[0], o.placed[1], o.scale]))
         self.taken = self.refused = 0
         self._in_a_row = 0
+        self._lean = np.zeros(2)
         self._times: list[float] = []
         self._poses: list[Array] = []
         self._seen = -math.inf
@@ -163,12 +171,23 @@ class BoardFrame:
             self.P = self.P + np.diag(np.square([p, p, h, 0.0]))
             S = H @ self.P @ H.T + noise
         self._in_a_row = 0
+        self._watch_for_slip(y, S)
+        S = H @ self.P @ H.T + noise
         K = np.linalg.solve(S, H @ self.P).T
         self.x = self.x + K @ y
         left = np.eye(4) - K @ H
         self.P = left @ self.P @ left.T + K @ noise @ K.T
         self.taken += 1
         self._seen = max(self._seen, vision.t)
+
+    def _watch_for_slip(self, y: Array, S: Array) -> None:
+        """A slip leaves the scale as it is; sightings that lean to one side tell of it."""
+        o = self.options
+        news = y[:2] / np.sqrt(S.diagonal()[:2])
+        self._lean = self._lean + o.recent * (news - self._lean)
+        if np.abs(self._lean).max() > o.leaning:
+            self._lean = np.zeros(2)
+            self.P = self.P + np.diag([o.slid**2, o.slid**2, 0.0, 0.0])
 
     def _platform_at(self, t: float) -> Array | None:
         """X_OB at ``t`` [s] between the estimates kept; None outside of them."""

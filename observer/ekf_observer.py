@@ -140,6 +140,7 @@ class EkfObserver:
         for c in commands:
             if f.command(c.t + self._delay, c.velocity):
                 newest["command"] = max(newest["command"], c.t)
+                f.commands.plan(c.t + self._delay, c.planned.tolist())
         for o in odometry:
             t = now if undelayed else o.t
             if f.add(ODOMETRY, t, self._wheels.correct(t, o.pose), now):

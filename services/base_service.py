@@ -10,7 +10,16 @@ from base.platform import PERIOD, Platform
 from deploy.robot import Equipped, load_robot
 from services import messages as m
 from services.service import Inbox, Outbox, Reply, act_on
-from services.topics import ARM_STATUS, BASE_COMMAND, BASE_STATUS, ESTIMATE, Topic
+from services.topics import (
+    ARM_STATUS,
+    BASE_COMMAND,
+    BASE_STATUS,
+    BUMPER,
+    ESTIMATE,
+    SCAN,
+    VISION,
+    Topic,
+)
 from sim.scenario import Scenario
 
 ARM_SILENT = 0.05
@@ -24,13 +33,18 @@ class BaseService:
 
     name = "base"
     period = PERIOD
-    inputs: tuple[Topic, ...] = (ESTIMATE, ARM_STATUS)
-    verbs: tuple[str, ...] = ("goal", "behaviour", "stop", "resume")
+    inputs: tuple[Topic, ...] = (ESTIMATE, ARM_STATUS, SCAN, BUMPER, VISION)
+    verbs: tuple[str, ...] = ("goal", "behaviour", "start", "abort", "event", "stop", "resume")
 
     def __init__(self, scenario: Scenario, restarted: bool) -> None:
+        self._task = scenario.task.base
+        robot = load_robot(scenario.robot, Equipped)
+        off = [k for k in ("laser", "bumper") if not getattr(scenario.sensors, k).enabled]
+        robot = robot.model_copy(update=dict.fromkeys(off))
         self._platform = Platform(
-            load_robot(scenario.robot, Equipped), scenario.task.base, restarted
+            robot, self._task, restarted, scenario.path.parent, avoid=self._task.avoid, warn=True
         )
+        self._seen: dict[str, m.Vision] = {}
         self._arm_goal = ArmGoal(self._platform)
         self._status = m.BaseStatus(t=0.0)
         self._stopped_for_arm = False
@@ -41,7 +55,16 @@ class BaseService:
         arm = inbox.latest(ARM_STATUS)
         self._mind(arm, inbox.age(ARM_STATUS, now))
         self._arm_goal.heed(arm)
-        command, self._status = self._platform.step(now, inbox.latest(ESTIMATE), arm)
+        for sighting in inbox.new(VISION):
+            self._seen[sighting.name] = sighting
+        command, self._status = self._platform.step(
+            now,
+            inbox.latest(ESTIMATE),
+            arm,
+            inbox.latest(SCAN),
+            inbox.latest(BUMPER),
+            self._seen,
+        )
         return [(BASE_COMMAND, command), (BASE_STATUS, self._status)]
 
     def _mind(self, arm: m.ArmStatus | None, age: float) -> None:
@@ -74,23 +97,45 @@ class BaseService:
         self._platform.resume()
 
     def prepare(self, verb: str, args: dict[str, Any]) -> Callable[[], Reply]:
-        """``goal`` x, y, heading; ``behaviour`` and its options; ``stop``; ``resume``."""
+        """Goals, behaviours, programs, ``stop``, ``resume``.
+
+        ``goal`` x, y, heading; ``behaviour`` and its options; ``start`` a ``program`` by name or
+        path (or the task's own) with ``goal`` and ``object`` as in ``[task.base]`` (or the
+        task's); ``abort`` it; ``event`` name for a node that waits.
+        """
         platform = self._platform
         acts: dict[str, Callable[[], None]] = {
             "goal": lambda: platform.set_goal(**{k: float(v) for k, v in args.items()}),
-            "behaviour": lambda: platform.set_behaviour(**args),
+            "abort": lambda: platform.program.abort(),
+            "event": lambda: platform.program.signal(str(args.get("name", ""))),
             "stop": self._stop,
             "resume": self._resume,
         }
+        if verb == "behaviour":
+            acts[verb] = platform.prepare(**{"behaviour": "", **args})
+        if verb == "start":
+            acts[verb] = platform.prepare("program", **self._program(args))
         act = act_on(acts, verb)
 
         def answer() -> Reply:
             reply = act()
-            if reply.accepted and verb in ("goal", "behaviour") and self._platform.stopped:
+            if reply.accepted and verb in ("goal", "behaviour", "start") and self._platform.stopped:
                 return Reply(True, f"but the platform stands: {self._platform.stopped}")
             return reply
 
         return answer
+
+    def _program(self, args: dict[str, Any]) -> dict[str, Any]:
+        """Options of a program: those asked for, the task's own for the others."""
+        own = {
+            "program": self._task.program,
+            "goal": self._task.goal,
+            "object": self._task.object,
+        }
+        given = {k: v for k, v in own.items() if v not in (None, "")} | args
+        if not given.get("program"):
+            raise ValueError("the scenario has no program for the platform; name one")
+        return given
 
     def state(self) -> tuple[str, str]:
         """The behaviour in charge, and why it does not drive if it does not."""

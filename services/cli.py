@@ -46,7 +46,11 @@ def up(
     robot: Robot = "r1",
     run_dir: RunDir = None,
     until_finished: Annotated[
-        bool, typer.Option("--until-finished", help="End when the arm's program has.")
+        bool,
+        typer.Option(
+            "--until-finished",
+            help="End when the arm's program has; without an arm, the platform's task.",
+        ),
     ] = False,
     out: Annotated[Path | None, typer.Option(help="Folder for log and pictures.")] = None,
     hang: Annotated[float, typer.Option(help="No progress for this long is a hang [s].")] = 1.0,
@@ -60,7 +64,7 @@ def up(
     from services.lockstep import TICK
     from services.process import FACTORY
     from services.supervisor import Plan, Supervisor
-    from services.topics import PROCESSES, SERVICES
+    from services.topics import RECORDER, SERVICES
     from sim.scenario import load_scenario
 
     if rt not in ("auto", "on", "off"):
@@ -89,8 +93,11 @@ def up(
         factory=factory or FACTORY,
         until_finished=until_finished,
         log=folder / "run.mcap",
-        services=SERVICES if factory else PROCESSES,
-        start_program=loaded is not None and not paced and loaded.task.autostart,
+        services=SERVICES if loaded is None else (RECORDER, *loaded.services),
+        start_program=loaded is not None
+        and not paced
+        and loaded.task.autostart
+        and "arm" in loaded.services,
     )
     events: list[Event] = []
 

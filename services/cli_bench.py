@@ -14,7 +14,7 @@ from rich.markup import escape
 from rich.progress import track
 from rich.table import Table
 
-from services import cli_bench_arm, cli_bench_observer
+from services import cli_bench_approach, cli_bench_arm, cli_bench_base, cli_bench_observer
 from services.cli_common import Json, console, fail
 from services.evaluation import DRAWING_FIGURES, ESTIMATE_FIGURES, PEN_FIGURES
 
@@ -33,6 +33,8 @@ CASES = (
 FIGURES = (*DRAWING_FIGURES, *ESTIMATE_FIGURES, *PEN_FIGURES, "realtime_factor")
 bench.command(name="observer")(cli_bench_observer.observer)
 bench.command(name="arm")(cli_bench_arm.arm)
+bench.command(name="base")(cli_bench_base.base)
+bench.command(name="approach")(cli_bench_approach.approach)
 
 
 @bench.command()

@@ -13,8 +13,11 @@ from rich.progress import track
 from arm.hds import Finding, load, render
 from arm.nodes import REGISTRY
 from deploy.tomlfile import BadFile
-from services import control_check
 from services.cli_common import errors, fail, show_json
+from services.control_check import judge
+from services.control_check_sample import sample_many, scenario_for
+from services.control_check_text import render as render_report
+from services.control_check_text import write_replays
 
 REPLAYS = Path("runs") / "control"
 """Where the scenarios of counter-examples go."""
@@ -45,20 +48,20 @@ def check_control(
     out, bad = {}, False
     for file in files:
         try:
-            world = control_check.scenario_for(file, scenario)
+            world = scenario_for(file, scenario)
         except BadFile as error:
             fail(str(error), 2)
         seeds = range(seed, seed + samples)
-        runs = control_check.sample_many(world, seeds, workers=workers or os.cpu_count() or 1)
+        runs = sample_many(world, seeds, workers=workers or os.cpu_count() or 1)
         shown = track(runs, total=samples, description="Sampling", console=errors, disable=json)
-        report = control_check.judge(load(file, REGISTRY), REGISTRY, shown)
-        replays = control_check.write_replays(report, world, REPLAYS)
+        report = judge(load(file, REGISTRY), REGISTRY, shown)
+        replays = write_replays(report, world, REPLAYS)
         bad |= bool(report.failed)
         ways = {s: f"steadyhand run {path} --seed {s}" for s, path in replays.items()}
         out[str(file)] = report.as_dict() | {"scenario": world.name, "replays": ways}
         if not json:
             typer.echo(f"{file} in {world.name}, seeds {seed} to {seed + samples - 1}")
-            typer.echo(control_check.render(report, replays))
+            typer.echo(render_report(report, replays))
     if json:
         findings = [dataclasses.asdict(f) for f in found]
         show_json({"ok": not bad, "findings": findings, "control": out})

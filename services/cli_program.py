@@ -85,6 +85,8 @@ def _file(name: Path) -> Path:
     Raises:
         OSError: there is none; the text says which there are.
     """
+    if name.is_file():
+        return name
     from deploy.tomlfile import BadFile  # takes a while to import
     from services.program_kinds import find
 

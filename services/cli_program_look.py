@@ -68,7 +68,7 @@ def verify(
     """Does the program ever leave a specification? Exit code 1, and the shortest trace, if so."""
     from arm.hds import ProgramError, render
     from arm.hds.product import render_verdict, verify_program
-    from arm.hds.specification import load_specification
+    from arm.hds.specification_check import load_specification
 
     program, registry = load_or_fail(file)
     try:

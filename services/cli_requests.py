@@ -9,12 +9,15 @@ from typing import Annotated, Any
 
 import typer
 
+from services import cli_base_program
 from services.cli_common import Json, Robot, RunDir, fail, request
 
 Yes = Annotated[bool, typer.Option("--yes", help="Do not ask.")]
 
 arm = typer.Typer(help="Ask the arm.", no_args_is_help=True, rich_markup_mode=None)
 base = typer.Typer(help="The running platform.", no_args_is_help=True, rich_markup_mode=None)
+for command in cli_base_program.COMMANDS:
+    base.command()(command)
 
 
 def disturb(

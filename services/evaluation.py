@@ -187,7 +187,8 @@ def pen_figures(log: RunLog, board: BoardPose) -> dict[str, float | None]:
         board: X_WS, of which the horizontal axis matters.
     """
     truth, estimates = log.series(TRUTH), log.series(ESTIMATE)
-    strokes = [s for s in strokes_of(log) if s.touching.any()]
+    # one sample, where a run is cut short, has no direction
+    strokes = [s for s in strokes_of(log) if s.touching.any() and len(s.t) > 1]
     if not strokes or len(estimates) < 2:
         return dict.fromkeys(PEN_FIGURES)
     ts = np.array([x.t for x in truth])

@@ -40,10 +40,11 @@ class Lockstep:
         self.latency = latency
         self.tick = 0
         self._listener = listener
-        self._every = [max(1, round(s.period / TICK)) for s in services]
-        self._inboxes = [Inbox(s.inputs) for s in services]
+        self._stepped = [
+            (s, Inbox(s.inputs), max(1, round(s.period / TICK))) for s in self.services
+        ]
         self._readers: dict[str, list[Inbox]] = {}
-        for service, inbox in zip(self.services, self._inboxes, strict=True):
+        for service, inbox, _ in self._stepped:
             for topic in service.inputs:
                 self._readers.setdefault(topic.name, []).append(inbox)
         # by flight time: what left first arrives first
@@ -59,18 +60,18 @@ class Lockstep:
 
     def step(self) -> None:
         """Run one tick of 1 ms."""
-        tick, now, late = self.tick, self.now, self._late
+        tick, now, late, listener = self.tick, self.now, self._late, self._listener
         for flying in self._flights.values():
             while flying and flying[0][0] <= tick:
                 _, topic, message = flying.popleft()
                 for inbox in self._readers.get(topic.name, ()):
                     inbox.offer(topic, message)
-        for service, inbox, every in zip(self.services, self._inboxes, self._every, strict=True):
+        for service, inbox, every in self._stepped:
             if tick % every:
                 continue
             for topic, message in service.step(now, inbox):
-                if self._listener is not None:
-                    self._listener(topic, message, now)
+                if listener is not None:
+                    listener(topic, message, now)
                 extra = late.get(topic.name, 0) if late else 0
                 self._flights[extra].append((tick + self.latency + extra, topic, message))
         self.tick += 1

@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 M = TypeVar("M")
 PROGRAM_ENDED = ("finished", "protective_stop")
 """States of the arm in which its program is over."""
-BASE_ENDED = ("finished", "arrived", "aborted")
+BASE_ENDED = ("finished", "arrived", "docked", "aborted")
 """States of the platform in which what it was to do is over."""
 
 __all__ = [
@@ -324,6 +324,11 @@ class ArmStatus(Message):
         default_factory=lambda: np.zeros(3), metadata={"spec": Spec((3,), "N, N m", -1e4, 1e4)}
     )
     """Force and moment F_B of the moving arm on the platform in O, mean since the last status."""
+    recoil: Array = field(
+        default_factory=lambda: np.zeros(3),
+        metadata={"spec": Spec((3,), "m/s^2, rad/s^2", -1000, 1000)},
+    )
+    """A_OB_O that the reaction gives a platform that rolls freely."""
 
 
 @_message

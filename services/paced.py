@@ -165,8 +165,9 @@ class _Leader(_Paced):
 class _Follower(_Paced):
     """Every other service: answers the ticks at which it is due."""
 
-    def run(self) -> None:
+    def run(self, others: list[str]) -> None:
         owners = {topic.owner for topic in self.service.inputs} - {ROBOT, self.service.name}
+        owners &= set(others)
         self.waited: dict[str, Topic[Tick]] = {name: TICK_TOPIC[name] for name in owners}
         self.met: set[str] = set()
         self.calls: deque[Tick] = deque()
@@ -225,7 +226,7 @@ def run_paced(
         stop: ends the run.
         requests: whose actions are executed between steps.
         ticks: after how many ticks the robot ends the run; None for never.
-        others: the services the robot waits for.
+        others: the services that run besides the robot.
 
     Raises:
         PacedError: somebody did not come, or did not answer within 10 s; who is named.
@@ -233,7 +234,7 @@ def run_paced(
     if service.name == ROBOT:
         _Leader(service, bus, stop, requests).run(ticks, list(others))
     else:
-        _Follower(service, bus, stop, requests).run()
+        _Follower(service, bus, stop, requests).run(list(others))
 
 
 class _Repeat:

@@ -16,7 +16,7 @@ import sys
 import threading
 import time
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -73,6 +73,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--service", required=True, choices=PROCESSES)
     parser.add_argument("--scenario", type=Path, required=True)
     parser.add_argument("--run-dir", type=Path, required=True)
+    parser.add_argument("--services", default=",".join(SERVICES), help="all that run, with commas")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--mode", choices=("live", "paced"), default="live")
     parser.add_argument("--robot", default="r1")
@@ -113,7 +114,8 @@ def _run(options: argparse.Namespace) -> None:
             if live:
                 _live(options, service, bus, stop, requests)
             else:
-                run_paced(service, bus, stop, requests, options.ticks)
+                others = [name for name in _running(options) if name != ROBOT]
+                run_paced(service, bus, stop, requests, options.ticks, others)
         except BaseException:
             _fail()
         _end(stop)  # closing may hang as well
@@ -157,7 +159,7 @@ def _live(
     if options.restarted:  # it comes up holding still: being back soon counts for more
         log.info("%s: restarted, no warm-up", service.name)
     else:
-        ticks = warm_up(lambda name: _build(options, name), service.name)
+        ticks = warm_up(lambda name: _build(options, name), service.name, _running(options))
         log.info("%s: warm-up of %d ticks", service.name, ticks)
     for line in realtime.set_up(options.rt, SERVICES.index(service.name)):
         log.info("%s: %s", service.name, line)
@@ -174,6 +176,11 @@ def _live(
     )
 
 
+def _running(options: argparse.Namespace) -> list[str]:
+    """The services of this run, in starting order."""
+    return [name for name in SERVICES if name in options.services.split(",")]
+
+
 def _build(options: argparse.Namespace, name: str, restarted: bool = False) -> Service:
     module, _, function = options.factory.partition(":")
     build: Any = getattr(importlib.import_module(module), function)
@@ -188,8 +195,8 @@ def _build(options: argparse.Namespace, name: str, restarted: bool = False) -> S
     return service
 
 
-def warm_up(build: Callable[[str], Service], name: str) -> int:
-    """Run copies of all services against each other; returns for how many ticks.
+def warm_up(build: Callable[[str], Service], name: str, running: Iterable[str] = SERVICES) -> int:
+    """Run copies of all services that run against each other; returns for how many ticks.
 
     Nobody hears them. Alone and without inputs a controller would not run the code that counts.
     What the service itself says is encoded and decoded as well.
@@ -199,7 +206,7 @@ def warm_up(build: Callable[[str], Service], name: str) -> int:
         if topic.owner == name or topic.name in heard:
             decode(topic, encode(topic.owner, 0, message))
 
-    services = [build(other) for other in SERVICES]
+    services = [build(other) for other in running]
     heard = {t.name for service in services if service.name == name for t in service.inputs}
     rehearsal, deadline = Lockstep(services, listener=wire), time.monotonic() + WARM_UP_TIME
     while rehearsal.tick < WARM_UP_TICKS and time.monotonic() < deadline:

@@ -69,6 +69,8 @@ def find(name: Path) -> Path:
     Raises:
         BadFile: there is none; the known ones are named.
     """
-    from deploy.task import BASE_PROGRAMS, PROGRAMS, find_program
+    if name.is_file():
+        return name
+    from deploy.task import BASE_PROGRAMS, PROGRAMS, find_program  # takes a while to import
 
-    return name if name.is_file() else find_program(str(name), None, (PROGRAMS, BASE_PROGRAMS), "")
+    return find_program(str(name), None, (PROGRAMS, BASE_PROGRAMS), "")

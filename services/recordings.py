@@ -84,6 +84,8 @@ def _robot(about: Mapping[str, str]) -> str:
 def _samples(log: RunLog, topic: Topic, values: Sequence[Array]) -> Samples | None:
     """Samples in the order of their stamps; None if the topic is silent.
 
+    A base that steps twice while robot time is late gives two commands one stamp: the later counts.
+
     Raises:
         BadLog: two samples of one instant, or stamps that go back by more than ``LATE``.
     """
@@ -100,6 +102,8 @@ def _samples(log: RunLog, topic: Topic, values: Sequence[Array]) -> Samples | No
             " log, or a simulation that was restarted"
         )
     order = np.argsort(t, kind="stable")
+    if topic is BASE_COMMAND:
+        order = order[np.append(np.diff(t[order]) > 0.0, True)]
     same = np.flatnonzero(np.diff(t[order]) == 0.0)
     if len(same):
         raise BadLog(f"two messages on {topic.name} have one stamp, {t[order][same[0]]:.3f} s")

@@ -18,6 +18,7 @@ from matplotlib.figure import Figure
 
 from services.evaluation import Stroke, distance_to_path, hermite, strokes_of
 from services.runlog import RunLog
+from services.sharing_picture import sharing
 from services.topics import ARM_COMMAND, ARM_STATUS, ESTIMATE, TRUTH
 
 Array = NDArray[np.float64]
@@ -43,6 +44,7 @@ def write_pictures(log: RunLog, folder: Path, title: str) -> list[Path]:
         "estimate": estimate,
         "force": force,
         "torques": torques,
+        "sharing": sharing,
     }
     return save(folder, ((name, draw(log, title)) for name, draw in pictures.items()))
 

@@ -14,11 +14,11 @@ from typing import Any
 from services.components import build_service
 from services.evaluation import figures_of, pen_figures
 from services.lockstep import TICK, Lockstep
-from services.messages import PROGRAM_ENDED
+from services.messages import BASE_ENDED, PROGRAM_ENDED
 from services.provenance import provenance
 from services.runlog import RunLog
 from services.service import Service
-from services.topics import ARM_STATUS, SERVICES
+from services.topics import ARM_STATUS, BASE_STATUS
 from sim.scenario import Scenario
 
 AFTER = 0.5
@@ -45,6 +45,8 @@ def run_lockstep(
 ) -> Run:
     """Run a scenario until its program has ended or its time is over.
 
+    Where no arm runs, the program is that of the platform, or what else the platform is to do.
+
     Args:
         scenario: what happens.
         seed: of everything random.
@@ -52,17 +54,19 @@ def run_lockstep(
         duration: instead of the scenario's [s].
         after: how long to go on after the program has ended [s].
         late: ticks of delay on top of the usual one, by the name of the topic.
-        services: instead of those that are built; in the order of ``topics.SERVICES``.
+        services: instead of those of the scenario; in the order of ``topics.SERVICES``.
 
     Raises:
         BadFile, ProgramError, ValueError: the scenario, its program or the observer is wrong.
     """
     log = RunLog()
     if services is None:
-        services = [build_service(name, scenario, seed, observer) for name in SERVICES]
+        services = [build_service(name, scenario, seed, observer) for name in scenario.services]
     lockstep = Lockstep(services, listener=log, late=late)
     limit = round((scenario.duration if duration is None else duration) / TICK)
-    statuses = log.messages.setdefault(ARM_STATUS.name, [])
+    armed = any(service.name == "arm" for service in services)
+    spoken, endings = (ARM_STATUS, PROGRAM_ENDED) if armed else (BASE_STATUS, BASE_ENDED)
+    statuses = log.messages.setdefault(spoken.name, [])
     ended: int | None = None
     seen = 0
     started, processor = time.perf_counter(), time.process_time()
@@ -71,7 +75,7 @@ def run_lockstep(
             lockstep.step()
             if ended is None and len(statuses) > seen:
                 seen = len(statuses)
-                if statuses[-1].state in PROGRAM_ENDED:  # type: ignore[attr-defined]
+                if statuses[-1].state in endings:  # type: ignore[attr-defined]
                     ended = lockstep.tick
     wall, processor = time.perf_counter() - started, time.process_time() - processor
     simulated = lockstep.now
@@ -104,15 +108,25 @@ def without_collector() -> Iterator[None]:
 
 
 def outcome_of(log: RunLog) -> str:
-    """How the arm's program ended, in words."""
+    """How the arm's program ended, in words; without an arm, what the platform was to do."""
     statuses = log.series(ARM_STATUS)
     if not statuses:
-        return "the arm never spoke"
+        return _outcome_of_platform(log)
     last = statuses[-1]
     end = last.state if not last.reason else f"{last.state}: {last.reason}"
     # of the newest program: what came after it does not undo it
     drawn = next((s.state for s in reversed(statuses) if s.state in ("running", "finished")), "")
     return f"finished; afterwards {end}" if drawn == "finished" != last.state else end
+
+
+def _outcome_of_platform(log: RunLog) -> str:
+    statuses = log.series(BASE_STATUS)
+    if not statuses:
+        return "neither arm nor platform spoke"
+    last = statuses[-1]
+    what = last.state if not last.reason else f"{last.state}: {last.reason}"
+    well = last.state in BASE_ENDED and last.state != "aborted"
+    return f"finished; the platform {what}" if well else what
 
 
 def write(run: Run, folder: Path) -> None:

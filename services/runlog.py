@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import fields
 from pathlib import Path
@@ -97,8 +98,8 @@ class RunLog:
     """Messages of a run by topic, in memory; a listener for the lockstep runner."""
 
     def __init__(self) -> None:
-        self.messages: Series = {}
-        self._arrivals: dict[str, list[float]] = {}
+        self.messages: Series = defaultdict(list)
+        self._arrivals: dict[str, list[float]] = defaultdict(list)
 
     def __call__(self, topic: Topic, message: Message, arrival: float | None = None) -> None:
         """Keep one message.
@@ -108,8 +109,8 @@ class RunLog:
             message: to keep.
             arrival: robot time at which it was sent or heard [s]; its stamp if not known.
         """
-        self.messages.setdefault(topic.name, []).append(message)
-        self._arrivals.setdefault(topic.name, []).append(message.t if arrival is None else arrival)
+        self.messages[topic.name].append(message)
+        self._arrivals[topic.name].append(message.t if arrival is None else arrival)
 
     def series(self, topic: Topic) -> list[Any]:
         """All messages of a topic, in order of arrival."""
@@ -139,6 +140,9 @@ class RunLog:
         return everything
 
 
+_MAGIC = b"\x89MCAP0\r\n"
+
+
 def read_log(path: Path) -> tuple[RunLog, dict[str, str]]:
     """Read a log and its metadata.
 
@@ -163,8 +167,15 @@ def read_log(path: Path) -> tuple[RunLog, dict[str, str]]:
     except FileNotFoundError:
         raise BadLog(f"{path}: no such file") from None
     except (McapError, BadMessage, json.JSONDecodeError, AssertionError) as error:
-        raise BadLog(f"{path}: not a whole log of steadyhand: {error}") from error
+        why = "its recorder was killed before it finished the file" if _cut_short(path) else error
+        raise BadLog(f"{path}: not a whole log of steadyhand: {why}") from error
     return log, metadata
+
+
+def _cut_short(path: Path) -> bool:
+    """Whether a file begins as an MCAP and does not end as one: both ends are the same bytes."""
+    data = path.read_bytes()
+    return data.startswith(_MAGIC) and not data[len(_MAGIC) :].endswith(_MAGIC)
 
 
 def _restored(topic: Topic, content: dict[str, Any]) -> dict[str, Any]:

@@ -44,11 +44,11 @@ class Inbox:
             message: what arrived.
             at: when, by the local clock [s].
         """
-        newest = self._latest.get(topic.name)
+        name = topic.name
         # a latest-value topic was put in order on its way; the others may arrive in any order
-        if newest is None or topic.depth == 1 or message.t >= newest.t:
-            self._latest[topic.name] = message
-        self._unread[topic.name].append((at, message))
+        if topic.depth == 1 or (newest := self._latest.get(name)) is None or message.t >= newest.t:
+            self._latest[name] = message
+        self._unread[name].append((at, message))
 
     def latest(self, topic: Topic[M]) -> M | None:
         """The newest message by its own ``t``, or None before the first."""

@@ -18,7 +18,7 @@ from typing import TextIO
 
 from services.bus import open_bus
 from services.endpoints import local, make_run_dir
-from services.messages import PROGRAM_ENDED, Health
+from services.messages import BASE_ENDED, PROGRAM_ENDED, Health
 from services.pool import Pool
 from services.process import FACTORY
 from services.requests import NoAnswer, ask
@@ -54,7 +54,8 @@ class Plan:
         duration: live only: end after this long [s].
         hang: a heartbeat that makes no progress for this long is a hang [s].
         start: a service must be ready within this [s].
-        until_finished: end when the arm's program has.
+        until_finished: end when the arm's program has; without an arm, when the platform has
+            done what it was to do.
         start_program: live only: have the arm start its program once every service is ready.
         log: file the recorder writes; None for its default.
         services: in starting order.
@@ -192,6 +193,7 @@ class Supervisor:
         args += ["--robot", plan.robot, "--observer", plan.observer, "--rt", plan.rt]
         args += ["--epoch", repr(plan.epoch), "--factory", plan.factory]
         args += ["--parent", str(os.getpid())]
+        args += ["--services", ",".join(n for n in plan.services if n != RECORDER)]
         args += ["--log", str(plan.log)] if plan.log is not None else []
         args += ["--ticks", str(plan.ticks)] if plan.ticks is not None else []
         args += ["--restarted"] if restarted else []
@@ -245,7 +247,9 @@ class Supervisor:
         before = self.health.get(name)
         if before is not None and before.state != health.state and before.pid == health.pid:
             self._tell(name, health.state, health.detail)
-        if name == "arm" and self.plan.until_finished and health.state in PROGRAM_ENDED:
+        armed = "arm" in self.plan.services
+        teller, endings = ("arm", PROGRAM_ENDED) if armed else ("base", BASE_ENDED)
+        if name == teller and self.plan.until_finished and health.state in endings:
             self._stop.set()
 
     async def _died(self, name: str, code: int, now: float) -> None:

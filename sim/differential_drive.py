@@ -7,13 +7,10 @@ grip, and slide beyond.
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
+from collections.abc import Sequence
 
 from services.messages import BaseCommand
 from sim.drive import BRAKE_LAG, STANDSTILL, WATCHDOG, Drive, clamp
-
-Array = NDArray[np.float64]
 
 GRIP = (5.9, 5.9, 15.0)
 """What the wheels can do to the platform: ahead, across [m/s^2], turning [rad/s^2]; 0.6 g."""
@@ -28,23 +25,25 @@ class DifferentialDrive(Drive):
 
     _reference = (0.0, 0.0)
 
-    def force(self, now: float, dt: float, command: BaseCommand | None, velocity: Array) -> Array:
-        """Force on the platform in B, shape (3,) [N, N, N m]; vy of the command is not obeyed.
+    def force(
+        self, now: float, command: BaseCommand | None, velocity: Sequence[float]
+    ) -> list[float]:
+        """Force on the platform in B [N, N, N m]; vy of the command is not obeyed.
 
         Args:
             now: robot time [s].
-            dt: time since the last call [s].
             command: newest command, None before the first.
-            velocity: V_WB_B, shape (3,).
+            velocity: V_WB_B [m/s, m/s, rad/s].
         """
+        dt = self._dt
         silent = command is None or now - command.t > WATCHDOG
         asked = (0.0, 0.0) if silent or command is None else command.velocity.tolist()[::2]
-        rough = self._rough(dt).tolist()
-        vx, vy, w = velocity.tolist()
+        rough = self._roughness()
+        vx, vy, w = velocity
         self.standing = max(abs(vx), abs(vy), abs(w)) < STANDSTILL and not any(asked)
         if self.standing:
             self._reference = (0.0, 0.0)
-            return np.zeros(3)
+            return [0.0, 0.0, 0.0]
         lag = max(BRAKE_LAG, dt) if silent else self._lag
         ahead, turn = (
             clamp((clamp(u, self._speed[i]) - r) / lag, self._acceleration[i])
@@ -56,4 +55,4 @@ class DifferentialDrive(Drive):
         wanted = (ahead + (r - vx) / servo, -vy / servo, turn + (s - w) / servo)
         held = [clamp(a, g) for a, g in zip(wanted, GRIP, strict=True)]
         held = [held[0] - w * vy, held[1] + w * vx, held[2]]  # B turns: v' = a - w x v
-        return np.array([m * (a + b) for m, a, b in zip(self._inertia, held, rough, strict=True)])
+        return [m * (a + b) for m, a, b in zip(self._inertia, held, rough, strict=True)]

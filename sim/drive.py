@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from deploy.robot import MobileBase
 from services.messages import BaseCommand
+from sim.draws import normal_rows
 
 Array = NDArray[np.float64]
 
@@ -34,7 +36,8 @@ class Drive:
         lag: time constant of the response [s].
         roughness: rms of the disturbance while driving, in B [m/s^2, m/s^2, rad/s^2].
         correlation: its correlation time [s].
-        rng: source of the roughness.
+        rng: source of the roughness; the drive's alone.
+        dt: time between calls of ``force`` [s].
 
     Attributes:
         standing: at rest and asked to stay: the wheels hold against up to ``HOLDING``.
@@ -48,52 +51,54 @@ class Drive:
         roughness: Array,
         correlation: float,
         rng: np.random.Generator,
+        dt: float,
     ) -> None:
         self._speed = robot.platform.speed_limit
         self._acceleration = robot.platform.acceleration_limit
         self._inertia = inertia.tolist()
         self._lag = lag
         self.standing = True
-        self._roughness = roughness
-        self._correlation = correlation
-        self._rng = rng
-        self._disturbance = roughness * rng.standard_normal(3)
+        self._dt = dt
+        self._rough: list[float] = (roughness * rng.standard_normal(3)).tolist()
+        self._keep = math.exp(-dt / correlation)
+        self._kicks = normal_rows(rng, math.sqrt(1.0 - self._keep * self._keep) * roughness)
 
-    def force(self, now: float, dt: float, command: BaseCommand | None, velocity: Array) -> Array:
-        """Force on the platform in B, shape (3,) [N, N, N m].
+    def force(
+        self, now: float, command: BaseCommand | None, velocity: Sequence[float]
+    ) -> list[float]:
+        """Force on the platform in B along x, y [N] and about the vertical [N m].
 
         Args:
             now: robot time [s].
-            dt: time since the last call [s].
             command: newest command, None before the first.
-            velocity: V_WB_B, shape (3,).
+            velocity: V_WB_B [m/s, m/s, rad/s].
         """
         silent = command is None or now - command.t > WATCHDOG
         wanted = ZERO if silent or command is None else command.velocity.tolist()
-        rough = self._rough(dt).tolist()
-        vx, vy, w = now_at = velocity.tolist()
-        fastest = max(map(abs, now_at))
+        rough = self._roughness()
+        vx, vy, w = velocity
+        fastest = max(abs(vx), abs(vy), abs(w))
         self.standing = fastest < STANDSTILL and not any(wanted)
         driving = fastest > STANDSTILL
         lag = BRAKE_LAG if silent else self._lag
-        force = [0.0, 0.0, 0.0]
+        force = []
         turning = (-w * vy, w * vx, 0.0)  # the drive steers B, which turns: v' = a - w x v
         for i in range(3):
-            error = clamp(wanted[i], self._speed[i]) - now_at[i]
+            error = clamp(wanted[i], self._speed[i]) - velocity[i]
             a = clamp(error / lag, self._acceleration[i])
             a += turning[i]
-            force[i] = self._inertia[i] * (a + rough[i] if driving else a)
-        return np.array(force)
+            force.append(self._inertia[i] * (a + rough[i] if driving else a))
+        return force
 
-    def _rough(self, dt: float) -> Array:
-        keep = math.exp(-dt / self._correlation)
-        spread = math.sqrt(1.0 - keep * keep)
-        self._disturbance = keep * self._disturbance + (
-            spread * self._roughness * self._rng.standard_normal(3)
-        )
-        return self._disturbance
+    def _roughness(self) -> list[float]:
+        """The next of the floor's disturbances, in B [m/s^2, m/s^2, rad/s^2]."""
+        kicks = next(self._kicks).tolist()
+        self._rough = [
+            self._keep * was + kick for was, kick in zip(self._rough, kicks, strict=True)
+        ]
+        return self._rough
 
 
 def clamp(x: float, limit: float) -> float:
     """``x`` within plus or minus ``limit``."""
-    return min(max(x, -limit), limit)
+    return -limit if x < -limit else min(x, limit)

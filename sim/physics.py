@@ -7,6 +7,7 @@ for measurements, force actuators are not clamped, and external forces last one 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import dartpy as dart
@@ -22,6 +23,8 @@ from sim.scenario import World
 Array = NDArray[np.float64]
 DT = 0.001
 BOARD_THICKNESS = 0.04
+FORCE_MOMENT = np.array([3, 4, 5, 0, 1, 2])
+"""DART's wrenches have the moment first."""
 
 
 class Physics:
@@ -66,7 +69,12 @@ class Physics:
         start[ARM] = self.robot.arm.rest
         self._skeleton.setPositions(start)
         self._limit = np.array(self.robot.arm.torque_limit)
+        self._lowest = -self._limit
         self._forces = np.zeros_like(start)
+        self._vertical = 0.0
+        self._normal, self._R_SW = self.R_WS[:, 2], self.R_WS.T
+        self._tip_radius = self.robot.pen.tip_radius
+        self._read()
         self.acceleration = np.zeros(3)
         self.applied = np.zeros(6)
 
@@ -91,25 +99,30 @@ class Physics:
 
     # --- state ------------------------------------------------------------------------------
 
+    def _read(self) -> None:
+        """Fetch the state once for all who ask; new arrays, so that messages may keep them."""
+        self._positions: Array = self._skeleton.getPositions()
+        self._velocities: Array = self._skeleton.getVelocities()
+
     @property
     def pose(self) -> Array:
         """X_WB as x, y [m], heading [rad]."""
-        return self._skeleton.getPositions()[PLATFORM]
+        return self._positions[PLATFORM]
 
     @property
     def velocity(self) -> Array:
         """V_WB_W, shape (3,)."""
-        return self._skeleton.getVelocities()[PLATFORM]
+        return self._velocities[PLATFORM]
 
     @property
     def q(self) -> Array:
         """True joint positions, shape (6,) [rad]."""
-        return self._skeleton.getPositions()[ARM]
+        return self._positions[ARM]
 
     @property
     def qd(self) -> Array:
         """True joint velocities, shape (6,) [rad/s]."""
-        return self._skeleton.getVelocities()[ARM]
+        return self._velocities[ARM]
 
     def drive_inertia(self) -> Array:
         """What the drive accelerates along x, y [kg] and about the vertical [kg m^2]."""
@@ -117,26 +130,25 @@ class Physics:
 
     def tip(self) -> Array:
         """Pen tip p_ST_S, shape (3,) [m]: where the tip sphere is nearest to the board."""
-        centre = self._pen.getWorldTransform().translation()
-        p = self.R_WS.T @ (np.asarray(centre).reshape(3) - self.p_WS)
-        p[2] -= self.robot.pen.tip_radius
+        centre = self._pen.getTransform().translation()
+        p: Array = self._R_SW @ (centre - self.p_WS)
+        p[2] -= self._tip_radius
         return p
 
     def contact_force(self) -> float:
         """Force of the pen on the board along its normal [N], 0 without contact."""
         force = 0.0
-        normal = self.R_WS[:, 2]
         for contact in self._world.getLastCollisionResult().getContacts():
             first = contact.collisionObject1.getShapeFrame()
             second = contact.collisionObject2.getShapeFrame()
-            if any(first is node or second is node for node in self._pen_nodes):
-                force += abs(float(np.dot(contact.force, normal)))
+            if first in self._pen_nodes or second in self._pen_nodes:
+                force += abs(float(np.dot(contact.force, self._normal)))
         return force
 
     def wrench(self) -> Array:
         """Force [N] and moment [N m] of world and weight on the tool, in the load cell's frame."""
-        transmitted = self._holder.getBodyForce()
-        return -np.concatenate([transmitted[3:], transmitted[:3]])
+        transmitted: Array = self._holder.getBodyForce()
+        return -transmitted[FORCE_MOMENT]
 
     def set_friction(self, coulomb: Array | None) -> None:
         """Set the joints' Coulomb friction, shape (6,) [N m]; None for the robot's own."""
@@ -153,21 +165,22 @@ class Physics:
 
     # --- step -------------------------------------------------------------------------------
 
-    def step(self, torque: Array, drive: Array, effects: Effects) -> None:
+    def step(self, torque: Array, drive: Sequence[float], effects: Effects) -> None:
         """Advance by 1 ms.
 
         Args:
             torque: joint torques asked for, shape (6,) [N m]; the motors clamp them.
-            drive: force of the drive in B, shape (3,) [N, N, N m].
+            drive: force of the drive in B along x, y [N] and about the vertical [N m].
             effects: disturbances that act.
         """
-        self.applied = np.minimum(np.maximum(torque, -self._limit), self._limit)
-        heading = self.pose[2]
+        self.applied = np.minimum(np.maximum(torque, self._lowest), self._limit)
+        heading = float(self._positions[2])
         c, s = math.cos(heading), math.sin(heading)
         forces = self._forces
-        forces[0] = c * drive[0] - s * drive[1]
-        forces[1] = s * drive[0] + c * drive[1]
-        forces[2] = drive[2]
+        x, y, turn = drive
+        forces[0] = c * x - s * y
+        forces[1] = s * x + c * y
+        forces[2] = turn
         if effects.yaw:
             forces[2] += effects.yaw * self.drive_inertia()[2]
         if effects.slips:
@@ -177,8 +190,11 @@ class Physics:
         for name, force in effects.pushes:
             body = self._skeleton.getBodyNode(name)
             body.addExtForce(force, body.getLocalCOM(), False, True)
-        # a floor that accelerates upwards is felt as more gravity
-        self._world.setGravity([0.0, 0.0, -GRAVITY - effects.vertical])
+        if effects.vertical != self._vertical:
+            # a floor that accelerates upwards is felt as more gravity
+            self._vertical = effects.vertical
+            self._world.setGravity([0.0, 0.0, -GRAVITY - effects.vertical])
         before = self.velocity
         self._world.step()
+        self._read()
         self.acceleration = (self.velocity - before) / DT

@@ -76,23 +76,25 @@ class Wheels:
 
     def __init__(self, scale: tuple[float, float]) -> None:
         self._scale = scale
-        self._slipped = np.zeros(2)
+        self._slipped: Array | None = None
         self._last: Array | None = None
         self._pose = np.zeros(3)
 
-    def roll(self, pose: Array, slip: Array) -> Array:
-        """Take in the motion since the last call.
+    def slip(self, slip: Array) -> None:
+        """Take in motion that the wheels do not see: in W, shape (2,) [m]."""
+        unseen = np.array([*slip, 0.0])
+        self._slipped = unseen if self._slipped is None else self._slipped + unseen
+
+    def roll(self, pose: Array) -> Array:
+        """Take in the motion since the last call; ``slip`` says how much of it they do not see.
 
         Args:
             pose: true X_WB now, (3,).
-            slip: how much of that motion the wheels did not see, in W, (2,) [m].
 
         Returns:
-            X_OB as counted, (3,); O is W at the first call.
+            X_OB as counted, (3,), to be read only; O is W at the first call.
         """
-        self._slipped = self._slipped + slip
-        seen = pose.copy()
-        seen[:2] -= self._slipped
+        seen = pose if self._slipped is None else pose - self._slipped
         if self._scale == (1.0, 1.0):
             return seen
         if self._last is None:
@@ -105,7 +107,7 @@ class Wheels:
         c, s = distance * math.cos(angle), distance * math.sin(angle)
         moved = [c * step[0] - s * step[1], s * step[0] + c * step[1], turn * step[2]]
         self._last, self._pose = seen, self._pose + np.array(moved)
-        return self._pose.copy()
+        return self._pose
 
 
 class OdometrySensor:
@@ -129,7 +131,9 @@ class OdometrySensor:
 
     def step(self, now: float, dt: float, pose: Array, effects: Effects) -> list[Odometry]:
         """Messages arriving at ``now``; ``pose`` is X_WB as (x, y, heading)."""
-        counted = self._wheels.roll(pose, effects.slip * dt)
+        if effects.slips:
+            self._wheels.slip(effects.slip * dt)
+        counted = self._wheels.roll(pose)
         if not self._enabled:
             return []
         return self._channel.step(now, effects, lambda: self._sample(now, counted, effects))
@@ -191,7 +195,8 @@ class ImuSensor:
         """Messages arriving at ``now``; pose X_WB and its derivatives in W, each shape (3,)."""
         if not self._enabled:
             return []
-        c, s = math.cos(pose[2]), math.sin(pose[2])
+        heading = float(pose[2])
+        c, s = math.cos(heading), math.sin(heading)
         ax, ay, alpha = acceleration.tolist()
         w = float(velocity[2])
         px, py = self._position
@@ -201,7 +206,7 @@ class ImuSensor:
         self._sum[1] += -s * ax + c * ay + alpha * px - w * w * py
         self._sum[2] += GRAVITY * up_z + effects.vertical
         self._ticks += 1
-        return self._channel.step(now, effects, lambda: self._sample(now, pose[2], effects))
+        return self._channel.step(now, effects, lambda: self._sample(now, heading, effects))
 
     def _sample(self, now: float, heading: float, effects: Effects) -> Imu:
         """The means since the last sample."""

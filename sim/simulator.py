@@ -14,7 +14,9 @@ from services.messages import (
     Message,
     Truth,
 )
+from sim.differential_drive import DifferentialDrive
 from sim.disturbance import Timed, refuse_absent
+from sim.draws import normal_rows
 from sim.drive import HOLDING, Drive
 from sim.effects import effects_at
 from sim.physics import DT, Physics
@@ -33,6 +35,7 @@ ROLLING = (0.0, 0.0, 0.0)
 JOINTS = 6
 TRUTH_EVERY = 5
 """Ticks between truth messages."""
+NO_TORQUE = np.zeros(6)
 
 
 class Simulator:
@@ -55,35 +58,36 @@ class Simulator:
         robot = scenario.sensors.overlay(self.physics.robot)
         drawn = self.physics.drawn
         mismatch = scenario.world.mismatch
-        self._drive = Drive(
+        kind = DifferentialDrive if robot.chassis.drive == "differential" else Drive
+        self._drive = kind(
             robot,
             self.physics.drive_inertia(),
             drawn.lag,
             np.array(mismatch.roughness),
             mismatch.roughness_correlation,
             streams[1],
+            DT,
         )
         self._odometry = OdometrySensor(robot, scenario.sensors, streams[2])
         tilt = scenario.world.floor_tilt
         self._imu = ImuSensor(robot, scenario.sensors, drawn.noise, streams[3], tilt)
         self._surroundings = Surroundings(robot, scenario, drawn.noise, streams[5:])
         self._mass = float(self.physics.drive_inertia()[0])
-        self._load_cell_noise = drawn.noise * np.array(
-            [robot.load_cell.force_noise] * 3 + [robot.load_cell.moment_noise] * 3
-        )
-        self._rng = streams[4]
+        noise = [robot.load_cell.force_noise] * 3 + [robot.load_cell.moment_noise] * 3
+        self._load_cell_noise = normal_rows(streams[4], drawn.noise * np.array(noise))
         self._timeline: list[Timed] = []
         for disturbance in scenario.disturbance:
             self.refuse(disturbance)
             self._timeline.append(disturbance)
         self._resolution = robot.arm.encoder_resolution
+        self._count_rate = self._resolution / DT
         self._counts = self._encoders()
         self._tare: Array | None = None
         self._braked = True
         self._standing = False
         self._ticks = 0
         self._force = 0.0
-        self._recent = np.zeros((TRUTH_EVERY, 4))
+        self._recent: list[list[float]] = []
         self._set_brakes(True)
 
     def refuse(self, disturbance: Timed) -> None:
@@ -111,8 +115,8 @@ class Simulator:
         out += self._imu.step(now, pose, velocity, acceleration, effects)
         out += self._surroundings.step(now, pose, effects)
         tip = physics.tip()
-        self._recent[self._ticks % TRUTH_EVERY] = (*tip, self._force)
-        if self._ticks % TRUTH_EVERY == TRUTH_EVERY - 1:
+        self._recent.append([*tip.tolist(), self._force])
+        if len(self._recent) == TRUTH_EVERY:
             out.append(
                 Truth(
                     t=now,
@@ -124,25 +128,26 @@ class Simulator:
                     tip=tip,
                     force=self._force,
                     contact=self._force > 0.0,
-                    recent=self._recent.copy(),
+                    recent=np.array(self._recent),
                     disturbances=list(effects.names),
                     clearance=self._surroundings.clearance(now, pose),
                 )
             )
+            self._recent.clear()
         silent = arm is None or now - arm.t > BRAKE_AFTER
         if silent != self._braked:
             self._set_brakes(silent)
-        torque = np.zeros(6) if arm is None or silent else arm.tau
+        torque = NO_TORQUE if arm is None or silent else arm.tau
         # what the wheels see
         rolling = velocity - np.array([*effects.slip, 0.0]) if effects.slips else velocity
-        drive = self._drive.force(now, DT, base, _in_body(float(pose[2]), rolling))
+        drive = self._drive.force(now, base, _in_body(float(pose[2]), rolling.tolist()))
         standing = self._drive.standing and not (effects.slips and effects.slip.any())
         if standing != self._standing:
             self._standing = standing
             physics.set_wheel_friction(HOLDING if self._standing else ROLLING)
         push = self._surroundings.push(now, self._mass, pose, velocity)
         if push is not None:
-            drive = drive + push
+            drive = [f + p for f, p in zip(drive, push.tolist(), strict=True)]
         physics.step(torque, drive, effects)
         self._force = physics.contact_force()
         self._ticks += 1
@@ -150,13 +155,13 @@ class Simulator:
 
     def _arm_state(self, now: float) -> ArmState:
         counts = self._encoders()
-        qd = (counts - self._counts) * (self._resolution / DT)
+        qd = (counts - self._counts) * self._count_rate
         self._counts = counts
         wrench = self.physics.wrench()
         if self._tare is None and self._ticks >= 1:
             self._tare = wrench
         wrench = wrench - self._tare if self._tare is not None else np.zeros(6)
-        wrench = wrench + self._load_cell_noise * self._rng.standard_normal(6)
+        wrench += next(self._load_cell_noise)
         q = counts * self._resolution
         return ArmState(t=now, q=q, qd=qd, tau=self.physics.applied, wrench=wrench)
 
@@ -168,7 +173,7 @@ class Simulator:
         self.physics.set_friction(BRAKE + self.physics.drawn.coulomb if on else None)
 
 
-def _in_body(heading: float, velocity: Array) -> Array:
+def _in_body(heading: float, velocity: list[float]) -> tuple[float, float, float]:
     c, s = math.cos(heading), math.sin(heading)
-    vx, vy, w = velocity.tolist()
-    return np.array([c * vx + s * vy, c * vy - s * vx, w])
+    vx, vy, w = velocity
+    return c * vx + s * vy, c * vy - s * vx, w

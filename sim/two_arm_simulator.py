@@ -63,6 +63,7 @@ class TwoArmSimulator:
             np.array(world.mismatch.roughness),
             world.mismatch.roughness_correlation,
             streams[2],
+            self.period,
         )
         self._odometry = OdometrySensor(robot, sensors, streams[3])
         self._imu = ImuSensor(robot, sensors, drawn.noise, streams[4], world.floor_tilt)
@@ -122,15 +123,13 @@ class TwoArmSimulator:
         # what the wheels see
         rolling = velocity - np.array([*effects.slip, 0.0]) if effects.slips else velocity
         c, s = math.cos(pose[2]), math.sin(pose[2])
-        in_body = np.array(
-            [c * rolling[0] + s * rolling[1], c * rolling[1] - s * rolling[0], rolling[2]]
-        )
-        drive = self._drive.force(now, self.period, base, in_body)
+        x, y, w = rolling.tolist()
+        drive = self._drive.force(now, base, (c * x + s * y, c * y - s * x, w))
         standing = self._drive.standing and not (effects.slips and effects.slip.any())
         if standing != self._standing:
             self._standing = standing
             physics.set_wheel_friction(STANDS if standing else ROLLING)
-        physics.step(torque, drive, effects)
+        physics.step(torque, np.array(drive), effects)
         return out
 
     def _arm_state(self, now: float) -> ArmState:

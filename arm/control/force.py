@@ -134,7 +134,7 @@ class Force(Objective):
 
     def jacobian(self, kinematics: Kinematics) -> Array:
         """Of the tip's position along the direction."""
-        return self.direction[None, :] @ kinematics.J[:3]
+        return self.direction.dot(kinematics.J[:3])[None, :]
 
     def rows(self, kinematics: Kinematics, dt: float) -> Rows:
         """Speed along the direction, with ramped reference and bounded acceleration.
@@ -152,7 +152,7 @@ class Force(Objective):
         change = self.acceleration * dt
         self._speed += min(max(wanted - self._speed, -change), change)
         drift = kinematics.drift if kinematics.steady is None else kinematics.steady
-        rate = np.array([self._speed - float(self.direction @ drift[:3])])
+        rate = np.array([self._speed - float(self.direction.dot(drift[:3]))])
         return Rows(self.jacobian(kinematics), rate)
 
 

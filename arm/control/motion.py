@@ -42,17 +42,19 @@ class Position(Objective):
 
     def error(self, kinematics: Kinematics) -> Array:
         """From the tip to the target along the axes, shape (m,) [m]."""
-        return self.axes @ (self.target - kinematics.p)
+        return self.axes.dot(self.target - kinematics.p)
 
     def jacobian(self, kinematics: Kinematics) -> Array:
         """Of the tip's position along the axes."""
-        return self.axes @ kinematics.J[:3]
+        return self.axes.dot(kinematics.J[:3])
 
     def rows(self, kinematics: Kinematics, dt: float) -> Rows:
         """Velocity of the target plus gain times error, less what the platform does."""
-        error = self.error(kinematics)
-        rate = self.axes @ (self.velocity - kinematics.drift[:3]) + self.gain * error
-        return Rows(self.jacobian(kinematics), rate, edge(error, self.tolerance))
+        velocity = self.gain * (self.target - kinematics.p)
+        velocity += self.velocity
+        velocity -= kinematics.drift[:3]
+        activation = edge(self.error(kinematics), self.tolerance) if self.tolerance > 0.0 else 1.0
+        return Rows(self.jacobian(kinematics), self.axes.dot(velocity), activation)
 
 
 class Line(Position):
@@ -103,8 +105,8 @@ class Orientation(Objective):
     def error(self, kinematics: Kinematics) -> Array:
         """Sine of the angle still to go about the common axis, shape (3,) in O."""
         # half the sum of cross products of the axes
-        E = (kinematics.R @ self.target.T).tolist()
-        return np.array([E[1][2] - E[2][1], E[2][0] - E[0][2], E[0][1] - E[1][0]]) * 0.5
+        (_, xy, xz), (yx, _, yz), (zx, zy, _) = kinematics.R.dot(self.target.T).tolist()
+        return np.array([0.5 * (yz - zy), 0.5 * (zx - xz), 0.5 * (xy - yx)])
 
     def jacobian(self, kinematics: Kinematics) -> Array:
         """Of the tool's angular velocity."""

@@ -27,7 +27,7 @@ EMPTY = 1e-9
 """A projected Jacobian smaller than this, relative to its own, leaves no freedom to use."""
 
 
-@dataclass(frozen=True)
+@dataclass(slots=True, eq=False)
 class Solution:
     """What the joints are to do, and how well they can.
 
@@ -68,7 +68,7 @@ def priorities(rows: Iterable[Rows], dof: int) -> Solution:
     for row in levels:
         if row.activation <= 0.0 or free < 0.5:
             continue
-        JN = row.J if N is None else row.J @ N
+        JN = row.J if N is None else row.J.dot(N)
         size = float(np.vdot(JN, JN))
         share = size / max(float(np.vdot(row.J, row.J)), ROUNDING)
         if share <= EMPTY:
@@ -77,13 +77,13 @@ def priorities(rows: Iterable[Rows], dof: int) -> Solution:
         inverse, manipulability = damped_inverse(JN, size, share)
         if m < free + 0.5:  # fewer joints than rows is no fault of the posture
             worst = min(worst, manipulability)
-        error = row.rate if N is None else row.rate - row.J @ qd
-        qd += row.activation * (inverse @ error)
+        error = row.rate if N is None else row.rate - row.J.dot(qd)
+        qd += row.activation * inverse.dot(error)
         free -= row.activation * float(np.vdot(inverse.T, JN))  # the rank of what it uses
         if free < 0.5:
             continue  # nothing is left for those below
-        used = row.activation * (inverse @ JN)
-        N = _identity(dof) - used if N is None else N - N @ used
+        used = row.activation * inverse.dot(JN)
+        N = _identity(dof) - used if N is None else N - N.dot(used)
     return Solution(qd, worst)
 
 
@@ -147,7 +147,7 @@ def damped_inverse(J: Array, size: float, share: float = 1.0) -> tuple[Array, fl
         extra = _damping(share) ** 2 / share if used_up else 0.0
         return J.T / (size * (1.0 + extra)), 1.0
     mean = size / m
-    gram = J @ J.T
+    gram = J.dot(J.T)
     gram /= mean
     factor, solution, failed = dposv(gram, J, lower=1)
     # the determinant, of which the squared norm of the rows is divided out

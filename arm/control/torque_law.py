@@ -13,10 +13,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from arm.model import ArmModel, Base, Kinematics
+from arm.model import ArmModel, Base, Inertia, Kinematics
 from deploy.robot import Arm
 
 Array = NDArray[np.float64]
+
+INERTIA_TICKS = 5
+"""The inertia is taken anew every so many ticks: at 1 rad/s it changes by 0.2 % in them."""
+SAME = 1e-6
+"""Ticks whose lengths differ by less are of one length [s]."""
 
 
 @dataclass(frozen=True)
@@ -60,10 +65,12 @@ class TorqueLaw:
 
     def reset(self, qd: Array) -> None:
         """Forget the past; the reference moves at ``qd``, shape (6,) [rad/s]."""
+        self._inertia: Inertia | None = None
+        self._inertia_age = 0
         self._integral = np.zeros(6)
         self._qd_ref = qd.copy()
-        self._filtered = np.zeros((2, 6))
-        self._new = np.zeros((2, 6))
+        self._acceleration = np.zeros(6)  # of the reference, filtered
+        self._velocity_error = np.zeros(6)  # filtered
         self.saturated = False
 
     def torque(
@@ -75,7 +82,7 @@ class TorqueLaw:
         qd_ref: Array,
         base: Base,
         kinematics: Kinematics,
-        contact: Array,
+        contact: Array | None,
     ) -> Array:
         """Torques for this tick, within the limits, shape (6,) [N m].
 
@@ -90,40 +97,50 @@ class TorqueLaw:
             qd_ref: reference velocities, shape (6,) [rad/s].
             base: motion of the platform.
             kinematics: of the tip at the reference.
-            contact: force of the tool on the world in O, shape (3,) [N].
+            contact: force of the tool on the world in O, shape (3,) [N]; None if it touches
+                nothing.
         """
         g = self.gains
-        if dt != self._dt:
+        if abs(dt - self._dt) > SAME:  # differences of stamps carry rounding
             self._tune(dt)
         w = g.bandwidth
-        # both filters at once: acceleration of the reference, velocity error
-        new = self._new
-        np.subtract(qd_ref, self._qd_ref, out=new[0])
-        new[0] /= dt
-        np.subtract(qd_ref, qd, out=new[1])
-        new -= self._filtered
-        new *= self._blends
-        self._filtered += new
-        acceleration, velocity_error = self._filtered
+        acceleration, velocity_error = self._acceleration, self._velocity_error
+        acceleration += ((qd_ref - self._qd_ref) / dt - acceleration) * self._blend_acceleration
+        velocity_error += (qd_ref - qd - velocity_error) * self._blend_velocity
         self._qd_ref = qd_ref
         error = q_ref - q
         feedback = (2.0 * w) * velocity_error
-        feedback += (w * w) * (error + g.integral * self._integral)
-        tau = self._model.torque(acceleration, feedback, base.acceleration)
+        feedback += (w * w) * (error + self._integral)
+        inertia = self._inertia_now()
+        tau = self._model.torque(inertia, acceleration, feedback, base.acceleration)
         direction = np.tanh(qd_ref / g.friction_width)
         tau += self.coulomb * direction
         tau += self._viscous * qd_ref
-        tau += contact @ kinematics.J[:3]
-        self.saturated = bool((np.abs(tau) > self.limit).any())
+        if contact is not None:
+            tau += contact.dot(kinematics.J[:3])
+        self.saturated = max(map(abs, (tau / self.limit).tolist())) > 1.0
         if self.saturated:
             return np.minimum(np.maximum(tau, -self.limit), self.limit)
-        self._integral += error * dt  # no wind-up against a limit
-        self._adapt(dt, feedback, direction)
+        self._integral += error * (g.integral * dt)  # no wind-up against a limit
+        self._adapt(dt, inertia.diagonal * feedback, direction)
         return tau
 
-    def _adapt(self, dt: float, feedback: Array, direction: Array) -> None:
-        """Let the feedback that is still needed while moving raise or lower the Coulomb level."""
-        step = self._model.inertia_diagonal() * feedback
+    def _inertia_now(self) -> Inertia:
+        """Of the state last placed, or of one a few ticks ago."""
+        self._inertia_age += 1
+        if self._inertia is None or self._inertia_age >= INERTIA_TICKS:
+            self._inertia = self._model.inertia()
+            self._inertia_age = 0
+        return self._inertia
+
+    def _adapt(self, dt: float, step: Array, direction: Array) -> None:
+        """Let the feedback that is still needed while moving raise or lower the Coulomb level.
+
+        Args:
+            dt: since the last call [s].
+            step: that feedback, shape (6,) [N m]; overwritten.
+            direction: in which the joints move, between -1 and 1, shape (6,).
+        """
         step *= direction
         step *= np.abs(direction) > 0.9  # only while moving
         step *= self.gains.friction_rate * dt
@@ -135,8 +152,8 @@ class TorqueLaw:
         """Weights of the filters for ticks of ``dt`` [s]."""
         self._dt = dt
         g = self.gains
-        weights = (blend(g.acceleration_filter, dt), blend(g.velocity_filter, dt))
-        self._blends = np.array(weights)[:, None]
+        self._blend_acceleration = blend(g.acceleration_filter, dt)
+        self._blend_velocity = blend(g.velocity_filter, dt)
 
 
 def blend(cutoff: float, dt: float) -> float:

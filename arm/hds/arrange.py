@@ -4,7 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from arm.hds.drawing import GAP, GUTTER, MARGIN, PAD, PORT, ROW, TOP, TRACK, Drawing, Placed, Route
+from arm.hds.drawing import (
+    GAP,
+    GUTTER,
+    MARGIN,
+    PAD,
+    PORT,
+    ROW,
+    TITLE,
+    TITLE_X,
+    TOP,
+    TRACK,
+    Drawing,
+    Placed,
+    Route,
+    text_width,
+)
 from arm.hds.fold import Column, Row, fold
 from arm.hds.layout import Layers, Slot, apart, layered
 from arm.hds.placing import Plan, plan
@@ -16,7 +31,7 @@ Path = list[tuple[str, float, float]]
 def draw(sketch: Sketch) -> Drawing:
     """The drawing of a sketch."""
     if not sketch.boxes:
-        return Drawing(sketch.title, 320.0, TOP + MARGIN, (), (), (), (), ())
+        return Drawing(sketch.title, _least(sketch), TOP + MARGIN, (), (), (), (), ())
     planned = plan(sketch)
     widths = [item.width + 2 * item.beside for item in planned.items]
     labels = [planned.links[upper][1] for _, upper, _, up in planned.ways if up]
@@ -33,7 +48,7 @@ def draw(sketch: Sketch) -> Drawing:
     depth = max(row.bottom + column.crossing * TRACK for column in columns for row in column.rows)
     return Drawing(
         sketch.title,
-        max(columns[-1].right + MARGIN, 320.0),
+        max(columns[-1].right + MARGIN, _least(sketch)),
         depth + ROW + MARGIN,
         tuple(p for p in things if p.box),
         tuple(p for p in things if p.flag),
@@ -41,6 +56,11 @@ def draw(sketch: Sketch) -> Drawing:
         tuple(_routes(planned, layers, columns, placed)),
         tuple(planned.loops),
     )
+
+
+def _least(sketch: Sketch) -> float:
+    """The width that the title takes, and a picture does not go below [px]."""
+    return max(2.0 * TITLE_X + text_width(sketch.title, TITLE), 320.0)
 
 
 def _placed(planned: Plan, slot: Slot, row: Row) -> Placed:

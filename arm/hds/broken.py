@@ -56,7 +56,7 @@ def _box(name: str, block: Block, initial: bool, findings: Sequence[Finding]) ->
     kind = block.types[0].text if block.types else ""
     if not kind and block.likes:
         kind = f"like {block.likes[0].text}"
-    return Box(name, kind, tuple(lines), initial, False, tuple(findings))
+    return Box(name, kind, tuple(lines), initial, kind == END.type, tuple(findings))
 
 
 def _written(value: Value) -> str:

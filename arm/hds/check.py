@@ -68,7 +68,7 @@ def check_text(
     if report.has_errors or interface is None or initial is None:
         return None, findings
     program = Program(
-        {name: check.node(report) for name, check in checked.items()},
+        {name: check.node(constants, report) for name, check in checked.items()},
         initial,
         interface.text,
         filename,

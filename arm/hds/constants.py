@@ -75,6 +75,12 @@ class Constants:
         there = None if meant.unit is None else Name(meant.unit.text, value.span)
         return Number(meant.text, there, value.span, value.text)
 
+    def origin(self, value: Value) -> syntax.Span:
+        """Where what a value stands for is written: there, or where the constant it names is."""
+        if isinstance(value, Word) and not value.quoted and value.text in self._values:
+            return self._values[value.text].value.span
+        return value.span
+
     def report_unused(self) -> None:
         """Warn of constants nothing uses; a file that is included may offer more than is used."""
         for name, constant in self._values.items():

@@ -14,6 +14,8 @@ from arm.hds.sketch import Arrow, Box
 
 NAME, TEXT, LINE = 13.0, 10.5, 14.5
 """Sizes of a node's name and of everything else, and the height of a line [px]."""
+TITLE, TITLE_X = 12.0, 20.0
+"""Size of the title, and where it begins [px]."""
 PAD, GAP, ROW = 10.0, 26.0, 20.0
 """Inside a box; between what stands side by side; between rows [px]."""
 LOOP = 26.0

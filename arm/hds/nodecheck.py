@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
+from arm.hds.constants import Constants
 from arm.hds.finding import Report
 from arm.hds.nodetype import NodeType, ParameterValue
 from arm.hds.program import Guard, Node
@@ -57,8 +58,9 @@ class NodeCheck:
         """Nodes it can go to; by a guard only after a tick."""
         return [*self.raised, *(guard.target for guard, _ in self.guards)]
 
-    def node(self, report: Report) -> Node:
+    def node(self, constants: Constants, report: Report) -> Node:
         """The node of the checked program; to be used if nothing was wrong."""
+        places = {name: constants.origin(each.value) for name, each in self.settings.items()}
         parameters = {
             p.name: value
             for p in (self.type.parameters if self.type else ())
@@ -74,4 +76,5 @@ class NodeCheck:
             guards=tuple(guard for guard, _ in self.guards),
             file=report.name(self.block.span),
             like=self.block.likes[0].text if self.block.likes else "",
+            places={k: replace(span, file=report.name(span)) for k, span in places.items()},
         )

@@ -9,6 +9,7 @@ from typing import Literal
 
 from arm.hds.finding import Finding
 from arm.hds.nodetype import ParameterValue
+from arm.hds.syntax import Span
 
 Operator = Literal[">", "<", ">=", "<="]
 """What a guard compares with."""
@@ -65,6 +66,8 @@ class Node:
         file: source it stands in; empty for the predefined ``End``.
         like: name of the node it was taken over from with ``LIKE``, or empty; everything taken
             over is already in the other attributes.
+        places: where the value of each parameter that is set stands, with ``LIKE`` where it was
+            taken from, for a constant in its declaration; ``file`` is never empty.
     """
 
     name: str
@@ -76,6 +79,7 @@ class Node:
     guards: tuple[Guard, ...] = ()
     file: str = ""
     like: str = ""
+    places: Mapping[str, Span] = field(default_factory=dict, compare=False)
 
 
 END = Node("End", "End", terminal=True)

@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from xml.sax.saxutils import escape, quoteattr
 
 from arm.hds.arrange import draw
-from arm.hds.drawing import LINE, LOOP, NAME, PAD, START, TEXT, Placed, Route
+from arm.hds.drawing import LINE, LOOP, NAME, PAD, START, TEXT, TITLE, TITLE_X, Placed, Route
 from arm.hds.finding import Finding
 from arm.hds.nodetype import Registry
 from arm.hds.placing import finding_lines
@@ -19,7 +19,7 @@ from arm.hds.sketch import Arrow, Sketch, sketch
 
 STYLE = f"""
 text {{ font: {TEXT}px "DejaVu Sans", Verdana, Arial, sans-serif; fill: #222; }}
-.title {{ font-size: 12px; fill: #555; }}
+.title {{ font-size: {TITLE:g}px; fill: #555; }}
 .name {{ font-size: {NAME}px; font-weight: bold; }}
 .type {{ fill: #555; font-style: italic; }}
 .bad {{ fill: #c00000; }}
@@ -70,7 +70,7 @@ def render(picture: Sketch, current: str | None = None) -> str:
         f"<title>{escape(drawing.title)}</title>",
         f"<style>{STYLE}</style>",
         f'<rect width="{width:.0f}" height="{height:.0f}" fill="#fff"/>',
-        f'<text class="title" x="20" y="26">{escape(drawing.title)}</text>',
+        f'<text class="title" x="{TITLE_X:g}" y="26">{escape(drawing.title)}</text>',
     ]
     out += [_route(route) for route in drawing.routes]
     out += [_label(placed) for placed in drawing.labels]

@@ -83,7 +83,9 @@ class Walk:
     def where(self) -> str:
         """The node, its events, its guards, and what is set."""
         node = self._automaton.node
-        lines = [f"{node.name} ({node.type}), after {self._automaton.transitions} transitions"]
+        count = self._automaton.transitions
+        plural = "" if count == 1 else "s"
+        lines = [f"{node.name} ({node.type}), after {count} transition{plural}"]
         if node.terminal:
             return lines[0] + "\n  the program has ended; back, restart or quit"
         lines += [f"  {event} -> {target}" for event, target in node.transitions.items()]

@@ -6,12 +6,13 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from arm.hds import Finding, Node, NodeType, ParameterValue, Program
+from arm.hds.syntax import Span
 from arm.nodes.node import Control
 
 PROGRAMS = Path(__file__).parent.parent / "programs"
 
 FILE = "File"
-"""A word parameter of this name is a file, beside the program or in arm/programs."""
+"""A word parameter of this name is a file, beside where it is written or in arm/programs."""
 
 
 def make_control(
@@ -55,20 +56,36 @@ def build_from(types: Mapping[str, NodeType], node: Node, program: Program) -> C
         ValueError: it cannot be made; the text names the node.
     """
     try:
-        beside = Path(program.path).resolve().parent
+        written = node.places.get(FILE)
+        file = program.path if written is None else written.file
+        beside = Path(file).resolve().parent
         return make_control(types[node.type], node.parameters, beside)
     except ValueError as error:
         raise ValueError(f"node {node.name}: {error}") from None
 
 
 def unusable(types: Mapping[str, NodeType], program: Program) -> list[Finding]:
-    """What is wrong with a checked program that only shows when its nodes are made."""
+    """What is wrong with a checked program that only shows when its nodes are made.
+
+    Findings point at the value of ``File`` where a node has one, else at the node's BEGIN.
+    """
     found = []
     for node in program.nodes.values():
         try:
             if not node.terminal:
                 build_from(types, node, program)
         except ValueError as error:
-            text = str(error)
-            found.append(Finding("error", "unusable", text, program.path, node.line, 1, 0))
+            at = node.places.get(FILE, Span(node.line, 1, 0, node.file))
+            source = _line(at)
+            where = (at.file, at.line, at.column, at.length)
+            found.append(Finding("error", "unusable", str(error), *where, source=source))
     return found
+
+
+def _line(place: Span) -> str:
+    """The source line of a place; empty if the program has no file."""
+    try:
+        lines = Path(place.file).read_text(encoding="utf-8").split("\n")
+    except OSError:
+        return ""
+    return lines[place.line - 1].rstrip("\r") if place.line <= len(lines) else ""

@@ -10,8 +10,9 @@ A type claims by an attribute ``conditions`` of the class that its ``make`` name
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -30,7 +31,7 @@ ARRIVED = 5e-3
 
 @dataclass(frozen=True)
 class State:
-    """What conditions may speak of: the pen as it truly is.
+    """What conditions may speak of: pen and platform as they truly are.
 
     Attributes:
         tip: p_ST_S against the board as it is believed to be, shape (3,) [m].
@@ -39,6 +40,10 @@ class State:
         joint_margin: smallest distance of a joint to its limit [rad].
         reach_margin: left before the arm is stretched out [m].
         entered: where ``tip`` was when the node now running was entered, shape (3,) [m].
+        ground: p_OT, the pen in the ground frame, shape (3,) [m].
+        platform: X_OB, shape (3,) [m, m, rad].
+        entered_ground: what ``ground`` was on entry, shape (3,) [m].
+        entered_platform: what ``platform`` was on entry, shape (3,) [m, m, rad].
     """
 
     tip: Array
@@ -47,6 +52,41 @@ class State:
     joint_margin: float
     reach_margin: float
     entered: Array
+    ground: Array = field(default_factory=lambda: np.zeros(3))
+    platform: Array = field(default_factory=lambda: np.zeros(3))
+    entered_ground: Array = field(default_factory=lambda: np.zeros(3))
+    entered_platform: Array = field(default_factory=lambda: np.zeros(3))
+
+    def at(self, frame: str) -> Array:
+        """The pen in a frame a node may work in, ``board``, ``ground`` or ``platform``, (3,) [m].
+
+        Raises:
+            KeyError: there is no such frame.
+        """
+        aboard = _from_platform(self.ground, self.platform)
+        return {"board": self.tip, "ground": self.ground, "platform": aboard}[frame]
+
+    def entered_at(self, frame: str) -> Array:
+        """Where the pen was in a frame when the node was entered, shape (3,) [m]; as ``at``."""
+        return replace(
+            self, tip=self.entered, ground=self.entered_ground, platform=self.entered_platform
+        ).at(frame)
+
+    def since(self, entry: State) -> State:
+        """This state, had its node been entered when that of ``entry`` was."""
+        return replace(
+            self,
+            entered=entry.entered,
+            entered_ground=entry.entered_ground,
+            entered_platform=entry.entered_platform,
+        )
+
+
+def _from_platform(point: Array, pose: Array) -> Array:
+    """p_BT from p_OT and X_OB, shape (3,) [m]."""
+    x, y = point[:2] - pose[:2]
+    c, s = math.cos(pose[2]), math.sin(pose[2])
+    return np.array([c * x + s * y, c * y - s * x, point[2]])
 
 
 Region = Callable[[State, Values], Mapping[str, float]]

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from arm.hds import Event, NodeType, Parameter, ParameterValue, Quantity
-from arm.nodes.conditions import Conditions, free
+from arm.nodes.conditions import ARRIVED, Conditions, State, Values, free
 from arm.nodes.node import TIMEOUT, TIMEOUT_EVENT, Clock, Context, Step
 
 NEAR = 0.015
@@ -25,6 +25,20 @@ PATIENCE = 3.0
 """... within this time, or the platform is taken to be held up [s]."""
 
 
+OFF_HEADING = 0.015
+"""Most that the estimated heading is wrong in the goal region [rad]."""
+
+
+def _arrived(state: State, values: Values) -> dict[str, float]:
+    """Where the estimate says it is, to within what the estimate is wrong by."""
+    x, y, heading = state.platform - [float(values[k]) for k in ("X", "Y", "Heading")]
+    turn = abs(math.remainder(heading, 2.0 * math.pi))
+    return {
+        "platform near the goal": 1.0 - math.hypot(x, y) / (NEAR + ARRIVED),
+        "platform turned to it": 1.0 - turn / (NEAR_HEADING + OFF_HEADING),
+    }
+
+
 class DriveTo:
     """Asks for a pose X_OB of the platform; the joints hold still and ride along.
 
@@ -39,7 +53,7 @@ class DriveTo:
     """
 
     pressing = False
-    conditions = Conditions(domain=free, good=("Arrived",))  # the platform is not in the state
+    conditions = Conditions(goal=_arrived, domain=free, good=("Arrived",))
 
     def __init__(self, values: Mapping[str, ParameterValue]) -> None:
         self.goal = np.array([float(values[k]) for k in ("X", "Y", "Heading")])

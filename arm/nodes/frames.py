@@ -13,7 +13,7 @@ FRAMES = ("board", "ground", "platform")
 """S, O and B: the last one moves."""
 
 
-@dataclass(frozen=True)
+@dataclass(slots=True, eq=False)
 class Frame:
     """A frame F as seen from the ground O, at one instant.
 
@@ -31,13 +31,15 @@ class Frame:
 
     def to_ground(self, point: Array, velocity: Array) -> tuple[Array, Array]:
         """Position p_OP [m] and velocity [m/s] in O of a point given in F, shapes (3,)."""
-        arm = self.R @ point
-        moved = np.array([-self.turn * arm[1], self.turn * arm[0], 0.0])
-        return self.p + arm, self.v + moved + self.R @ velocity
+        arm = self.R.dot(point)
+        moved = self.v + self.R.dot(velocity)
+        if self.turn:
+            moved += np.array([-self.turn * arm[1], self.turn * arm[0], 0.0])
+        return self.p + arm, moved
 
     def from_ground(self, point: Array) -> Array:
         """A point given in O, in F [m]."""
-        return self.R.T @ (point - self.p)
+        return self.R.T.dot(point - self.p)
 
 
 def frame_of(name: str, context: Context) -> Frame:
@@ -56,8 +58,8 @@ def frame_of(name: str, context: Context) -> Frame:
 
 def to_board(context: Context, p_O: Array, v_O: Array) -> tuple[Array, Array]:
     """A point [m] and its velocity [m/s] given in O, in the board's frame S, shapes (3,)."""
-    R = context.R_OS
-    return R.T @ (p_O - context.p_OS), R.T @ v_O
+    R_SO = context.R_OS.T
+    return R_SO.dot(p_O - context.p_OS), R_SO.dot(v_O)
 
 
 def pointing(heading: float, elevation: float) -> Array:
@@ -71,9 +73,16 @@ def pointing(heading: float, elevation: float) -> Array:
 
 def about(axis: Array, angle: float) -> Array:
     """Rotation matrix of ``angle`` [rad] about a unit vector, shape (3, 3)."""
-    x, y, z = axis
-    K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.eye(3) + math.sin(angle) * K + (1.0 - math.cos(angle)) * (K @ K)
+    x, y, z = axis.tolist()
+    s, c = math.sin(angle), math.cos(angle)
+    u = 1.0 - c
+    return np.array(
+        [
+            [c + u * x * x, u * x * y - s * z, u * x * z + s * y],
+            [u * x * y + s * z, c + u * y * y, u * y * z - s * x],
+            [u * x * z - s * y, u * y * z + s * x, c + u * z * z],
+        ]
+    )
 
 
 def axis_angle(R: Array) -> tuple[Array, float]:

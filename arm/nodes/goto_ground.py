@@ -7,9 +7,18 @@ from collections.abc import Mapping
 import numpy as np
 
 from arm.hds import NodeType, Parameter, ParameterValue
+from arm.nodes.conditions import Conditions, free
 from arm.nodes.frames import Frame, pointing
 from arm.nodes.node import Array, Context
-from arm.nodes.straight_way import ENDING, EVENTS, STAY, TO_GO, StraightWay, coordinate
+from arm.nodes.straight_way import (
+    ENDING,
+    EVENTS,
+    STAY,
+    TO_GO,
+    StraightWay,
+    at_point,
+    coordinate,
+)
 
 
 class GotoGround(StraightWay):
@@ -21,6 +30,7 @@ class GotoGround(StraightWay):
     """
 
     frame = "ground"
+    conditions = Conditions(goal=at_point("ground"), domain=free)
 
     def __init__(self, values: Mapping[str, ParameterValue]) -> None:
         super().__init__(values)

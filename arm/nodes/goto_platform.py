@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from arm.hds import NodeType
+from arm.nodes.conditions import Conditions, free
 from arm.nodes.goto_ground import DIRECTION, GotoGround
-from arm.nodes.straight_way import ENDING, EVENTS, TO_GO, coordinate
+from arm.nodes.straight_way import ENDING, EVENTS, TO_GO, at_point, coordinate
 
 
 class GotoPlatform(GotoGround):
@@ -16,6 +17,7 @@ class GotoPlatform(GotoGround):
     """
 
     frame = "platform"
+    conditions = Conditions(goal=at_point("platform"), domain=free)
 
 
 TYPE = NodeType(

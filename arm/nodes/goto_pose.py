@@ -4,27 +4,23 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from arm.hds import NodeType
-from arm.nodes.conditions import Array, Conditions, State, Values, able, free, near
-from arm.nodes.straight_way import ENDING, EVENTS, TO_GO, StraightWay, coordinate
-
-
-def _point(tip: Array, values: Values) -> Array:
-    """The target from ``tip``, a coordinate that is not given staying [m]."""
-    given = np.array([float(values[axis]) for axis in ("X", "Y", "Z")])
-    return np.where(np.isfinite(given), given, tip)
-
-
-def _at_pose(state: State, values: Values) -> dict[str, float]:
-    return near(state.tip - _point(state.entered, values))
+from arm.nodes.conditions import Conditions, State, Values, able, free
+from arm.nodes.straight_way import (
+    ENDING,
+    EVENTS,
+    TO_GO,
+    StraightWay,
+    at_point,
+    coordinate,
+    point_of,
+)
 
 
 def _clear_way(state: State, values: Values) -> dict[str, float]:
     """Off the board, or pressed on it with a way that leads off it more than along it."""
     off = free(state, values)["off the board"]
-    x, y, out = _point(state.tip, values) - state.tip
+    x, y, out = point_of(state.tip, values) - state.tip
     leads_off = (out - math.hypot(x, y)) / 0.01
     return {**able(state, values), "off the board or leading off it": max(off, leads_off)}
 
@@ -38,7 +34,7 @@ class GotoPose(StraightWay):
     """
 
     frame = "board"
-    conditions = Conditions(goal=_at_pose, domain=_clear_way)
+    conditions = Conditions(goal=at_point("board"), domain=_clear_way)
 
 
 TYPE = NodeType(

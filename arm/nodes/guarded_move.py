@@ -8,7 +8,7 @@ import numpy as np
 
 from arm.control import LowPass, Orientation, Position
 from arm.hds import Event, NodeType, Parameter, ParameterValue, Quantity
-from arm.nodes.conditions import Conditions, free
+from arm.nodes.conditions import Conditions, State, Values, free
 from arm.nodes.filters import FILTER, filter_cutoff
 from arm.nodes.frames import FRAMES, frame_of, to_board
 from arm.nodes.node import TIMEOUT, TIMEOUT_EVENT, Array, Clock, Context, Step
@@ -17,6 +17,14 @@ RAMP = 0.2
 """Time to reach the approach speed [s]."""
 TICKS = 4
 """Consecutive ticks above the threshold that make a contact."""
+
+
+def felt(state: State, values: Values) -> dict[str, float]:
+    """Half of the force that was asked for: the filter and a bump come between.
+
+    What a state knows the pen to touch is the board.
+    """
+    return {"force": state.force / float(values["Force"]) - 0.5}
 
 
 class GuardedMove:
@@ -35,7 +43,7 @@ class GuardedMove:
     """
 
     pressing = False
-    conditions = Conditions(domain=free, good=("Contact",))  # feels what is not in the state
+    conditions = Conditions(goal=felt, domain=free, good=("Contact",))
 
     def __init__(self, values: Mapping[str, ParameterValue]) -> None:
         self._frame = str(values["Frame"])
@@ -68,14 +76,15 @@ class GuardedMove:
         self._now = 0.0
         self._above = 0
         self._position = Position(np.eye(3))
-        self._orientation = Orientation(self.orientation(context))
+        orientation = Orientation(self.orientation(context))
+        self._objective = orientation.subject_to(self._position)
 
     resume = enter
 
     def update(self, context: Context) -> Step:
         """Contact above ``Force``; the other events when nothing was touched."""
         frame = frame_of(self._frame, context)
-        felt = float((frame.R @ self._direction) @ context.contact)
+        felt = float(frame.R.dot(self._direction).dot(context.contact))
         force = self._filter.step(felt, context.dt)
         self._above = self._above + 1 if force > self._threshold else 0
         self._now = min(self._now + context.dt / RAMP, 1.0)
@@ -88,9 +97,8 @@ class GuardedMove:
         if self._clock.step(context.dt) and event is None:
             event = "Timeout"
         desired, rate = to_board(context, target, velocity)
-        objective = self._orientation.subject_to(self._position)
         measures = {GONE.name: self._gone}
-        return Step(objective, desired, rate, event, filtered=force, measures=measures)
+        return Step(self._objective, desired, rate, event, filtered=force, measures=measures)
 
 
 THRESHOLD = Parameter("Force", "cN", 0.2, 20.0, doc="Filtered force that means contact.")

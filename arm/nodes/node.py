@@ -29,7 +29,7 @@ class Way(Protocol):
         ...
 
 
-@dataclass
+@dataclass(slots=True, eq=False)
 class Context:
     """All a node may know at one tick.
 
@@ -67,7 +67,7 @@ class Context:
     @property
     def tip(self) -> Array:
         """Tip position of the reference, p_ST_S [m]."""
-        return self.R_OS.T @ (self.kinematics.p - self.p_OS)
+        return self.R_OS.T.dot(self.kinematics.p - self.p_OS)
 
     def on_ground(self, point: Array, velocity: Array) -> tuple[Array, Array]:
         """A point of S and its velocity there, in O with the board's drift: [m], [m/s]."""
@@ -88,7 +88,7 @@ class Context:
         return np.array([c * x + s * y, c * y - s * x, p_O[2]])
 
 
-@dataclass
+@dataclass(slots=True, eq=False)
 class Step:
     """What a node answers at a tick.
 

@@ -9,7 +9,7 @@ import numpy as np
 from arm.control import Orientation, Position
 from arm.control.motion import GAIN
 from arm.hds import Event, Parameter, ParameterValue, Quantity
-from arm.nodes.conditions import Conditions, free
+from arm.nodes.conditions import Conditions, Region, State, Values, free, near
 from arm.nodes.frames import Frame, about, axis_angle, frame_of, to_board
 from arm.nodes.node import TIMEOUT, TIMEOUT_EVENT, TOOL_ON_BOARD, Array, Clock, Context, Step
 from arm.nodes.profile import Profile
@@ -29,6 +29,21 @@ STAY = float("inf")
 """Default of what keeps its value when a program does not give it."""
 
 
+def point_of(tip: Array, values: Values) -> Array:
+    """The target, a coordinate that is not given staying as ``tip`` has it, shape (3,) [m]."""
+    given = np.array([float(values[axis]) for axis in ("X", "Y", "Z")])
+    return np.where(np.isfinite(given), given, tip)
+
+
+def at_point(frame: str) -> Region:
+    """The goal region of a way in a frame: the pen near its target."""
+
+    def region(state: State, values: Values) -> dict[str, float]:
+        return near(state.at(frame) - point_of(state.entered_at(frame), values))
+
+    return region
+
+
 class StraightWay:
     """A straight way in frame F, which a subclass names, along which the tool stays square.
 
@@ -41,7 +56,7 @@ class StraightWay:
     """
 
     pressing = False
-    conditions = Conditions(domain=free)  # no goal: the frame's place is not in the state
+    conditions = Conditions(domain=free)
     frame = "board"
 
     def __init__(self, values: Mapping[str, ParameterValue]) -> None:
@@ -76,6 +91,7 @@ class StraightWay:
         self._profile = Profile(self._length, self._speed, ACCELERATION)
         self._position = Position(np.eye(3))
         self._orientation = Orientation(frame.R @ self._R_start)
+        self._objective = self._orientation.subject_to(self._position)
 
     resume = enter
 
@@ -88,8 +104,9 @@ class StraightWay:
         self._position.track(target, velocity)
         # the objective has no rate of its own: aim ahead by what it would lag behind
         ahead = min(share + rate / GAIN, 1.0)
-        R_FT = self._R_start @ about(self._axis, ahead * self._angle)
-        self._orientation.target = about(UP, frame.turn / GAIN) @ frame.R @ R_FT
+        R_FT = self._R_start.dot(about(self._axis, ahead * self._angle))
+        R_OF = about(UP, frame.turn / GAIN).dot(frame.R) if frame.turn else frame.R
+        self._orientation.target = R_OF.dot(R_FT)
         event = None
         if self._profile.done:
             self._after += context.dt
@@ -100,8 +117,7 @@ class StraightWay:
         desired, speed = to_board(context, target, velocity)
         left = self._profile.length - s
         measures = {TO_GO.name: left}
-        objective = self._orientation.subject_to(self._position)
-        return Step(objective, desired, speed, event, measures=measures)
+        return Step(self._objective, desired, speed, event, measures=measures)
 
     def _near(self, context: Context, frame: Frame) -> bool:
         """Whether the reference is in the goal region."""

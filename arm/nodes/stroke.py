@@ -112,8 +112,10 @@ class Stroke:
         s, speed = context.along(self._profile, self._moving)
         self._drawn = self._done + s
         offset, tangent = self.point(self._drawn)
-        desired = np.array([*(self._start + offset), context.tip[2]])
-        velocity = np.array([*(speed * tangent), 0.0])
+        desired = context.tip
+        desired[:2] = self._start + offset
+        velocity = np.zeros(3)
+        velocity[:2] = speed * tangent
         self._position.track(*context.on_ground(desired, velocity))
         event = None
         if self._profile.done:

@@ -7,13 +7,8 @@ from collections.abc import Mapping
 from arm.hds import Event, NodeType, Parameter, ParameterValue
 from arm.nodes.conditions import Conditions, State, Values, free
 from arm.nodes.filters import FILTER
-from arm.nodes.guarded_move import GONE, SPEED, THRESHOLD, GuardedMove
+from arm.nodes.guarded_move import GONE, SPEED, THRESHOLD, GuardedMove, felt
 from arm.nodes.node import TIMEOUT, TIMEOUT_EVENT, TOOL_ON_BOARD, Array, Context
-
-
-def _felt(state: State, values: Values) -> dict[str, float]:
-    """Half of the force that was felt: the filter and a bump come between."""
-    return {"force": state.force / float(values["Force"]) - 0.5}
 
 
 def _in_front(state: State, values: Values) -> dict[str, float]:
@@ -28,7 +23,7 @@ class WhiteboardApproach(GuardedMove):
     touching; the board nearer than ``MaxX`` ahead of the platform's centre, and within reach.
     """
 
-    conditions = Conditions(goal=_felt, domain=_in_front, good=("Contact",))
+    conditions = Conditions(goal=felt, domain=_in_front, good=("Contact",))
 
     def __init__(self, values: Mapping[str, ParameterValue]) -> None:
         into: dict[str, ParameterValue] = {

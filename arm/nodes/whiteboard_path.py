@@ -173,7 +173,7 @@ class _Touch(WhiteboardApproach):
 TYPE = NodeType(
     "Whiteboard_path",
     parameters=(
-        Parameter("File", kind="word", doc="SVG file, beside the program or in arm/programs."),
+        Parameter("File", kind="word", doc="SVG file, beside the program file or in arm/programs."),
         Parameter("Width", "mm", 0.005, 2.0, doc="Of the drawing on the board."),
         Parameter("X", "mm", -1.0, 1.0, 0.0, "Middle of the drawing, right of the board's origin."),
         Parameter("Y", "mm", -1.0, 1.0, 0.0, "Middle of the drawing, above the board's origin."),

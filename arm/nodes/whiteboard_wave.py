@@ -16,8 +16,10 @@ from arm.nodes.stroke import DRAWN, EVENTS, PARAMETERS, Array
 
 EASE = 0.05
 """Between ``Margin`` and so much more of reach the pen slows from its full speed to rest [m]."""
-PATIENCE = 10.0
-"""A pen that rests for this long, because no platform comes, gives up [s]."""
+CREEPING = 0.15
+"""Share of its pace below which the pen waits rather than draws: it comes to rest slowly ..."""
+PATIENCE = 30.0
+"""... and, because no platform comes, gives up after so long [s]."""
 POINTS = 2000
 """Vertices of the wave."""
 
@@ -47,7 +49,7 @@ class WhiteboardWave(CurveStroke):
         share = smooth((context.reach_margin - self._margin) / EASE)
         context.pace *= share
         step = super().update(context)
-        self._rested = self._rested + context.dt if share == 0.0 else 0.0
+        self._rested = self._rested + context.dt if share < CREEPING else 0.0
         if step.event is None and self._rested >= PATIENCE:
             step.event = "Out_of_Reach"
             step.reason = f"the platform did not come along for {PATIENCE:g} s"

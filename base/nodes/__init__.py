@@ -1,7 +1,7 @@
 """The node types of the platform, one file each. A new one is one file and its line here."""
 
 from arm.hds import Quantity, registry
-from base.nodes import drive_straight, drive_to, hold, turn_to, wait
+from base.nodes import dock, drive_straight, drive_to, hold, turn_to, wait
 from base.nodes.node import Context, Control, Step
 from base.nodes.wait import Wait
 
@@ -15,6 +15,7 @@ REGISTRY = registry(
     turn_to.TYPE,
     drive_straight.TYPE,
     drive_to.TYPE,
+    dock.TYPE,
     hold.TYPE,
     wait.TYPE,
     quantities=QUANTITIES,

@@ -6,23 +6,23 @@ import math
 from collections.abc import Mapping
 
 from arm.hds import Event, NodeType, Parameter, ParameterValue
-from base.hold_still import HoldStill
 from base.nodes.node import Clock, Context, Step
+from base.stand import Stand
 
 
 class Hold:
     """Stand still for ``Time``, or for ever.
 
-    Control law: zero; a slow return when pushed away. Goal region: the place at entry, once
-    ``Time`` is over. Domain: anywhere.
+    Control law: zero; a slow return when pushed away. Goal region: where the platform came to
+    rest, once ``Time`` is over. Domain: anywhere.
     """
 
     def __init__(self, values: Mapping[str, ParameterValue]) -> None:
         self._clock = Clock(float(values["Time"]))
-        self._still = HoldStill()
+        self._still = Stand()
 
     def enter(self, context: Context) -> None:
-        """The first vote takes the place."""
+        """The place is where the platform comes to rest."""
 
     def update(self, context: Context) -> Step:
         """Timeout after ``Time``."""

@@ -9,6 +9,7 @@ from typing import Protocol
 from arm.hds import Event, Parameter
 from base.approach import Approach
 from base.behaviour import Senses, Vote
+from base.picture import Picture
 from services.messages import Array
 
 
@@ -23,6 +24,7 @@ class Context:
         frames: (3,) X_OF of each frame a place can be given in, by its name.
         differential: the platform cannot move sideways.
         approach: how fast the platform may go.
+        picture: of the laser, None without one.
     """
 
     now: float
@@ -31,6 +33,7 @@ class Context:
     frames: Mapping[str, Array]
     differential: bool
     approach: Approach
+    picture: Picture | None = None
 
     @property
     def pose(self) -> Array:

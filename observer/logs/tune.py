@@ -26,6 +26,8 @@ from services.messages import Array
 
 UNTOLD = 0.25
 """A parameter whose logarithm is known no better than this is not told by the recording."""
+LAG = "platform.lag"
+"""The one parameter that is no noise."""
 GAIN = 0.5
 """The search ends when the log-likelihood has no more than this to gain."""
 SHORTEST = 5.0
@@ -43,7 +45,8 @@ class Tuned:
         before: as described.
         after: likeliest; as before if the recording does not tell it.
         deviation: standard deviation of the logarithm of the likeliest: 0.1 is 10 %.
-        told: whether the recording tells it, or at least that it is larger than described.
+        told: whether the recording tells it, or of noise at least that it is larger than
+            described.
     """
 
     parameter: Parameter
@@ -102,8 +105,10 @@ def tune(recording: Recording, seconds: float = 30.0, keep: Collection[str] = ()
         )
     function = Likelihood(given, base, names, start)
     best, deviation = _largest(function)
-    # what is hardly told may only be raised: noise believed too small costs more than too large
-    told = (deviation < UNTOLD) | (best > function.origin + 2.0 * deviation)
+    # what is hardly told may only be raised: noise believed too small costs more than too large;
+    # a lag is no noise
+    noise = np.array([p.name != LAG for p in names])
+    told = (deviation < UNTOLD) | (noise & (best > function.origin + 2.0 * deviation))
     fitted = [p for p, known in zip(names, told, strict=True) if known]
     logs = best[told]
     if fitted and not told.all():

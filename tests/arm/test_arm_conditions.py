@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,18 +16,13 @@ from typer.testing import CliRunner
 from arm.hds import Event, NodeType, Program, check_text, registry
 from arm.nodes import REGISTRY
 from arm.nodes.conditions import NO_CLAIM, Conditions, State, Values, conditions_of
+from deploy.task import BoardPose
 from services.cli import app
-from services.control_check import (
-    Edge,
-    Passage,
-    Sample,
-    judge,
-    lower_bound,
-    render,
-    scenario_for,
-    varied,
-    write_replays,
-)
+from services.control_check import Edge, judge, lower_bound, needed
+from services.control_check_sample import Passage, Sample, Watch, scenario_for, varied
+from services.control_check_text import render, write_replays
+from services.messages import ArmStatus, Truth
+from services.topics import ARM_STATUS, TRUTH
 from sim.scenario import load_scenario
 
 
@@ -140,8 +137,20 @@ def test_few_samples_and_silent_types_get_no_verdict() -> None:
     assert edge("Inside", [run(i, 0.0, 0.0) for i in range(28)]).verdict == "too few"
     assert edge("Inside", [run(i, 0.0, 0.0) for i in range(29)]).verdict == "prepares"
     assert edge("Inside", []).verdict == "too few"
+    assert needed() == 29
     silent = edge("Silent", [run(i, 0.0, 0.0) for i in range(40)])
     assert (silent.verdict, silent.refines, silent.judged) == ("no claim", "no claim", 0)
+
+
+def test_what_is_missing_for_a_verdict_is_said() -> None:
+    """How many runs there should be, from how many of these took the transition."""
+    few = judge(pair("Inside"), TYPES, [run(i, 0.0, 0.0) for i in range(10)])
+    assert few.edges[0].lacking == 19
+    said = render(few, {})
+    assert "too few runs; --samples 29 may be enough for: A -[Finished]-> B" in said
+    assert "A -[Lost]-> End" not in said.split("bound of", 1)[1]  # End claims nothing
+    none = judge(pair("Inside"), TYPES, [])
+    assert "no run took, so nothing is known of: A -[Finished]-> B" in render(none, {})
 
 
 def test_a_target_that_does_not_come_to_its_event_is_told() -> None:
@@ -201,16 +210,85 @@ def test_goals() -> None:
     assert line.in_goal(state(-0.001, 1.5, x=0.05), given)
     assert not line.in_goal(state(-0.001, 1.5, x=0.02), given)
     assert not line.in_goal(state(0.001, 0.0, x=0.05), given)
-    assert conditions_of(REGISTRY["Goto_ground"]).in_goal(state(), values()) is None
+    assert conditions_of(TYPES["Silent"]).in_goal(state(), values()) is None
     assert conditions_of(TYPES["Silent"]) is NO_CLAIM
 
 
-def test_every_type_of_the_arm_claims_a_domain() -> None:
+@pytest.mark.parametrize(
+    ("kind", "given", "there", "away"),
+    [
+        (
+            "Goto_ground",
+            {"X": 0.5, "Y": 0.1, "Z": 1.3},
+            {"ground": (0.5, 0.1, 1.3)},
+            {"ground": (0.5, 0, 1)},
+        ),
+        ("Goto_ground", {}, {"entered_ground": (0, 0, 0)}, {"ground": (0, 0.01, 0)}),
+        # 0.6 m ahead of a platform at (1, 2) that faces +y is (1, 2.6)
+        (
+            "Goto_platform",
+            {"X": 0.6, "Y": 0.0, "Z": 1.2},
+            {"ground": (1, 2.6, 1.2), "platform": (1, 2, np.pi / 2)},
+            {"ground": (1, 2.6, 1.2), "platform": (1, 2, 0)},
+        ),
+        # what is not given stays as it was aboard, wherever the platform went meanwhile
+        (
+            "Goto_platform",
+            {"Z": 1.2},
+            {
+                "ground": (1, 2.6, 1.2),
+                "platform": (1, 2, np.pi / 2),
+                "entered_ground": (0.6, 0, 1),
+            },
+            {"ground": (0.6, 0, 1.2), "platform": (1, 2, 0), "entered_ground": (0.6, 0, 1)},
+        ),
+        (
+            "Drive_to",
+            {"X": 1.0, "Y": 2.0, "Heading": np.pi},
+            {"platform": (1.01, 2, -3.13)},
+            {"platform": (1.03, 2, np.pi)},
+        ),
+        ("Guarded_move", {}, {"force": 1.5}, {"force": 0.3}),
+    ],
+)
+def test_goals_in_other_frames(
+    kind: str, given: dict[str, float], there: dict[str, Any], away: dict[str, Any]
+) -> None:
+    """Of the ground, the platform, and of what is touched."""
+    claim = conditions_of(REGISTRY[kind])
+
+    def at(fields: dict[str, Any]) -> State:
+        arrays = {k: np.array(v, dtype=float) if np.ndim(v) else v for k, v in fields.items()}
+        return replace(state(), **arrays)
+
+    assert claim.in_goal(at(there), values(**given)) is True
+    assert claim.in_goal(at(away), values(**given)) is False
+
+
+def test_what_is_watched_is_where_pen_and_platform_truly_are() -> None:
+    """The board is 10 mm further than believed: the pen on it is behind the believed one."""
+    watch = Watch(BoardPose(x=0.71), BoardPose(x=0.70))
+    zero = dict.fromkeys(("velocity", "acceleration"), np.zeros(3)) | {
+        "q": np.zeros(6),
+        "qd": np.zeros(6),
+    }
+    for i, x in enumerate((0.0, 0.1)):
+        pose = np.array([x, 0.0, 0.0])
+        watch(TRUTH, Truth(t=0.0, pose=pose, tip=np.array([0.0, 0.2, 0.0]), force=1.0, **zero), 0.0)
+        watch(ARM_STATUS, ArmStatus(t=0.0, state="running", node="AB"[i], transitions=i), 0.0)
+    (passage,) = watch.passages
+    np.testing.assert_allclose(passage.state.tip, (0.0, 0.2, -0.01), atol=1e-12)
+    np.testing.assert_allclose(passage.state.at("ground"), (0.71, 0.0, 1.5), atol=1e-12)
+    np.testing.assert_allclose(passage.state.at("platform"), (0.61, 0.0, 1.5), atol=1e-12)
+    np.testing.assert_allclose(passage.state.entered_at("platform"), (0.71, 0.0, 1.5), atol=1e-12)
+
+
+def test_every_type_of_the_arm_claims_a_goal_region_and_a_domain() -> None:
     """And its good events are events of it."""
     for kind in REGISTRY.values():
         if not kind.terminal:
             claim = conditions_of(kind)
-            assert claim.domain is not None, kind.name
+            assert claim.goal is not None and claim.domain is not None, kind.name
             assert claim.good and {e.name for e in kind.events} >= set(claim.good), kind.name
 
 

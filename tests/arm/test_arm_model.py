@@ -42,7 +42,7 @@ def test_gravity_load_is_the_published_one(
     monkeypatch.setattr(model, "_skeleton", skeleton)
     monkeypatch.setattr(model, "_pen", skeleton.getBodyNode("pen"))
     model.place(STANDING, np.array(q, dtype=float), np.zeros(6))
-    tau = model.torque(np.zeros(6), np.zeros(6), np.zeros(3))
+    tau = model.torque(model.inertia(), np.zeros(6), np.zeros(6), np.zeros(3))
     np.testing.assert_allclose(tau, load, atol=5e-5)
 
 
@@ -70,7 +70,7 @@ def test_torque_gives_the_acceleration_it_was_asked_for(model: ArmModel, seed: i
     rng = np.random.default_rng(100 + seed)
     wanted = rng.uniform(-5, 5, 6)
     model.place(base, q, qd)
-    tau = model.torque(wanted, np.zeros(6), base.acceleration)
+    tau = model.torque(model.inertia(), wanted, np.zeros(6), base.acceleration)
     _, skeleton = load_skeleton(ROBOT)
     for name in ("platform_x", "platform_y", "platform_heading", "pen_spring"):
         skeleton.getJoint(name).setActuatorType(dart.dynamics.ActuatorType.ACCELERATION)
@@ -127,8 +127,8 @@ def test_feedback_is_what_the_joints_get_on_a_platform_that_recoils(
     base, q, qd = random_state(seed)
     feedback = np.random.default_rng(200 + seed).uniform(-5, 5, 6)
     model.place(base, q, qd)
-    without = model.torque(np.zeros(6), np.zeros(6), base.acceleration)
-    with_it = model.torque(np.zeros(6), feedback, base.acceleration)
+    without = model.torque(model.inertia(), np.zeros(6), np.zeros(6), base.acceleration)
+    with_it = model.torque(model.inertia(), np.zeros(6), feedback, base.acceleration)
     _, skeleton = load_skeleton(ROBOT)
     skeleton.getJoint("pen_spring").setActuatorType(dart.dynamics.ActuatorType.ACCELERATION)
     positions, velocities = np.zeros(DOFS), np.zeros(DOFS)

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from arm.hds import load
 from arm.nodes import REGISTRY, build
 from arm.nodes.build import unusable
 from arm.nodes.whiteboard_path import WhiteboardPath
@@ -100,3 +101,40 @@ def test_the_checker_names_a_node_that_cannot_be_made() -> None:
     (found,) = unusable(REGISTRY, program(text))
     assert (found.severity, found.code, found.line) == ("error", "unusable", 2)
     assert "nobody.svg" in found.message
+
+
+SVG = '<svg xmlns="http://www.w3.org/2000/svg"><path d="M 0 0 L 10 5"/></svg>'
+
+
+@pytest.mark.parametrize(
+    ("main", "part", "beside"),
+    [
+        ("INITIAL = P; {include}", '{draw} File = "a.svg"; END', "parts"),
+        ('INITIAL = P; {include} CONSTANT Picture = "a.svg";', "{draw} File = Picture; END", "."),
+        ('INITIAL = Q; {include} {like} File = "a.svg"; END', '{draw} File = "b.svg"; END', "."),
+        ("INITIAL = Q; {include} {like} END", '{draw} File = "a.svg"; END', "parts"),
+    ],
+    ids=["written there", "by a constant", "set again", "taken over"],
+)
+def test_a_file_is_looked_for_beside_where_its_name_is_written(
+    main: str, part: str, beside: str, tmp_path: Path
+) -> None:
+    """In the folder of the included file or in the program's, and in no other."""
+    (tmp_path / "parts").mkdir()
+    pieces = {
+        "include": 'INCLUDE "parts/part.hds";',
+        "draw": "BEGIN NAME = P; TYPE = Whiteboard_path; Width = 30; "
+        "TRANSITION[Finished] = End; TRANSITION[Out_of_Reach] = End;",
+        "like": "BEGIN NAME = Q; LIKE = P;",
+    }
+    (tmp_path / "main.hds").write_text("INTERFACE = r1; " + main.format(**pieces))
+    (tmp_path / "parts" / "part.hds").write_text("\n" + part.format(**pieces))
+    (tmp_path / "parts" / "b.svg").write_text(SVG)
+    made = load(tmp_path / "main.hds", REGISTRY)
+    there = tmp_path / beside
+    found = unusable(REGISTRY, made)[-1]
+    assert f"no file 'a.svg' in {there.resolve()}" in found.message
+    assert found.source[found.column - 1 :][: found.length] == '"a.svg"'
+    assert Path(found.file).parent.resolve() == there.resolve()
+    (there / "a.svg").write_text(SVG)
+    assert unusable(REGISTRY, made) == []

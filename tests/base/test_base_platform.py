@@ -252,7 +252,7 @@ def test_bad_request_is_refused_and_changes_nothing(robot: Robot, plant: Any) ->
     platform = make(robot)
     fast = {"kind": "circle", "radius": 1.0, "speed": 2.0}
     for word, request in (
-        ("'hold_still', 'drive_to' or 'follow_path'", {"behaviour": "dance"}),
+        ("'keep_in_reach' or 'program'", {"behaviour": "dance"}),
         ("needs 'goal'", {"behaviour": "drive_to"}),
         ("goal", {"behaviour": "drive_to", "goal": (float("nan"), 0, 0)}),
         ("goall", {"behaviour": "drive_to", "goall": (0, 0, 0)}),

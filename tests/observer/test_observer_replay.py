@@ -13,6 +13,7 @@ from observer.bench.world import simulate
 from observer.commands import STILL, CommandHistory
 from observer.logs.drive import SILENCE
 from observer.logs.innovations import innovations, measurements
+from observer.logs.likelihood import Likelihood
 from observer.logs.part import cut, liveliest
 from observer.logs.recording import Recording, Samples
 from observer.logs.run import Track, collect, odometry_track, replay, span
@@ -219,6 +220,20 @@ def test_what_rounding_hides_is_left_as_described(tuned: tuple[MobileBase, Tunin
     assert [t.told for t in hidden] == [False, False]
     assert all(t.after == t.before for t in hidden)
     assert found.base.odometry == true.odometry
+
+
+def test_a_lag_that_is_hardly_told_is_left(
+    swaying: Recording, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Noise may be raised on weak evidence, the lag may not."""
+
+    def hardly(function: Likelihood, _: Array | None = None) -> tuple[Array, Array]:
+        return function.origin + 5.0, np.full(len(function.origin), 2.0)
+
+    monkeypatch.setattr("observer.logs.tune._largest", hardly)
+    found = tune(swaying, seconds=5.0)
+    assert [t.parameter.name for t in found.tuned if not t.told] == ["platform.lag"]
+    assert found.base.platform.lag == swaying.base.platform.lag
 
 
 def test_tuning_uses_the_liveliest_part(swaying: Recording) -> None:

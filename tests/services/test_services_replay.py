@@ -31,7 +31,7 @@ from services.replay_run import AT_ITS_STAMPS, replay_recording
 from services.replay_tune import Report, fragment
 from services.run import Run, run_lockstep
 from services.runlog import BadLog, RunLog
-from services.topics import ESTIMATE, ODOMETRY
+from services.topics import BASE_COMMAND, ESTIMATE, ODOMETRY
 from sim.scenario import load_scenario
 
 runner = CliRunner()
@@ -100,6 +100,10 @@ def test_files_that_are_no_recording_are_named(folder: Path, tmp_path: Path) -> 
     ):
         with pytest.raises(BadLog, match=said):
             open_recording(path)
+    whole = (folder / "run.mcap").read_bytes()
+    (two / "a.mcap").write_bytes(whole[: len(whole) // 2])
+    with pytest.raises(BadLog, match="killed before it finished"):
+        open_recording(two / "a.mcap")
     with pytest.raises(BadLog, match="nothing on robot/odometry"):
         recording_of(RunLog(), {})
 
@@ -199,6 +203,20 @@ def test_stamps_that_repeat_or_restart_are_refused(run: Run) -> None:
             log(ODOMETRY, message, arrival)
         with pytest.raises(BadLog, match=said):
             recording_of(log, {})
+
+
+def test_of_two_commands_of_one_stamp_the_later_counts(run: Run) -> None:
+    """A base that steps twice while the simulation is late leaves such a log."""
+    log = RunLog()
+    for topic in (ODOMETRY, BASE_COMMAND):
+        for message, arrival in zip(run.log.series(topic), run.log.arrivals(topic), strict=True):
+            log(topic, message, arrival)
+    last, velocity = log.series(BASE_COMMAND)[-1], np.array([0.1, 0.2, 0.3])
+    log(BASE_COMMAND, replace(last, velocity=velocity), log.arrivals(BASE_COMMAND)[-1] + 0.01)
+    once, twice = recording_of(run.log, {}).commands, recording_of(log, {}).commands
+    assert once is not None and twice is not None
+    np.testing.assert_array_equal(twice.t, once.t)
+    np.testing.assert_array_equal(twice.values[-1], velocity)
 
 
 def plain_form(folder: Path, recording: Recording, name: str = "plain") -> Path:

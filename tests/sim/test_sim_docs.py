@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 
 from sim.disturbance import KINDS
+from sim.obstacle_specs import Box, Mover, Pillar, Wall
 from sim.scenario import load_scenario
 
 PAGE = Path(__file__).parents[2] / "docs" / "scenario.md"
@@ -29,3 +30,16 @@ def test_the_page_names_every_disturbance_and_option() -> None:
         assert f"| `{kind}` |" in text
         for option in set(model.model_fields) - {"kind", "t"}:
             assert f"`{option}`" in text, (kind, option)
+
+
+def test_the_page_names_every_obstacle_and_its_keys() -> None:
+    """Nothing that can stand or walk in a world is left out."""
+    text = PAGE.read_text()
+    for model in (Box, Wall, Pillar, Mover):
+        row = next(line for line in text.splitlines() if line.startswith(f"| `{_kind(model)}` |"))
+        for key in set(model.model_fields) - {"kind"}:
+            assert f"`{key}`" in row, (model, key)
+
+
+def _kind(model: type[Box | Wall | Pillar | Mover]) -> str:
+    return str(model.model_fields["kind"].default)

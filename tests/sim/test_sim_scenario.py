@@ -59,7 +59,8 @@ def test_sway_peak_speed_is_modest() -> None:
         ("[world]\nfriction_pen = -1", ["world.friction_pen", "greater than or equal to 0"]),
         ("[world.mismatch]\nlag = 2.0", ["world.mismatch.lag", "less than or equal to 0.9"]),
         ("[world.mismatch]\nlga = 0.1", ["world.mismatch.lga", "'lag'"]),
-        ("[[disturbance]]\nkind = 'shove'\nt = 1", ["disturbance.0", "'push'", "'bias'"]),
+        ("[[disturbance]]\nkind = 'shove'\nt = 1", ["disturbance.0.kind", "push", "bias"]),
+        ("[[disturbance]]\nkind = 'dropuot'\nt = 1", ["did you mean 'dropout'"]),
         (
             "[[disturbance]]\nkind = 'push'\nt = 1\nforce = 9\non = 'link7'",
             ["disturbance.0.push.on", "link6"],
@@ -68,7 +69,7 @@ def test_sway_peak_speed_is_modest() -> None:
         ("[task.base]\nbehaviour = 'dance'", ["task.base.behaviour", "'hold_still'"]),
         ("[task.base]\nbehaviour = 'drive_to'", ["task.base", "needs 'goal'"]),
         ("[task.base]\ngoal = [1, 2, 0]", ["task.base", "does not use 'goal'"]),
-        ("[task.base]\nbehaviour='follow_path'\npath = {kind='spiral'}", ["path", "'sway'"]),
+        ("[task.base]\nbehaviour='follow_path'\npath = {kind='spiral'}", ["path.kind", "sway"]),
         ("duration = nan", ["duration", "finite"]),
         ("duration = ", ["not TOML"]),
     ],
@@ -134,7 +135,7 @@ def test_bias_stays_and_knows_its_axis() -> None:
         ("push", {"force": "much"}, ["force = 'much'"]),
         ("push", {"force": "nan"}, ["force", "finite"]),
         ("push", {"force": 1, "onn": "link1"}, ["no option 'onn' (did you mean 'on'", "link6"]),
-        ("dropout", {"sensor": "sonar"}, ["'odometry' or 'imu'"]),
+        ("dropout", {"sensor": "sonar"}, ["'odometry', 'imu', 'laser'"]),
     ],
 )
 def test_live_disturbance_refusal_says_what_is_allowed(

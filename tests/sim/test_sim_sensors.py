@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from deploy.robot import load_robot
+from sim.draws import BLOCK, normal_rows
 from sim.effects import NONE
 from sim.scenario import Sensors
 from sim.sensors import ImuSensor
@@ -265,3 +266,11 @@ def test_seed_decides_every_bit() -> None:
     assert fingerprint(4) == fingerprint(4)
     a, b = fingerprint(4), fingerprint(5)
     assert sum(x == y for x, y in zip(a, b, strict=False)) < 0.1 * len(a)
+
+
+def test_noise_drawn_in_blocks_is_noise_drawn_call_by_call() -> None:
+    """To the last bit, over the ends of blocks."""
+    spread = np.array([0.5, 0.0, 3.0])
+    rows, rng = normal_rows(np.random.default_rng(4), spread), np.random.default_rng(4)
+    for _ in range(2 * BLOCK + 1):
+        np.testing.assert_array_equal(next(rows), spread * rng.standard_normal(3))

@@ -53,5 +53,6 @@ def test_a_good_program_has_no_findings(path: Path, types: Registry) -> None:
 def test_every_documented_finding_has_its_program() -> None:
     """The corpus covers the table of the documentation, and has no fewer than 60 programs."""
     covered = {e[3] for path in BROKEN for e in expected(path.read_text(encoding="utf-8"))}
-    assert covered == set(DOCUMENTED)
+    # found when nodes are made and files are opened, not by the language
+    assert covered == set(DOCUMENTED) - {"unusable", "unreadable"}
     assert len(BROKEN) >= 60

@@ -12,7 +12,7 @@ from arm.hds import Registry, check_text
 from arm.hds.arrange import draw
 from arm.hds.broken import broken_sketch
 from arm.hds.diagram import dot, mermaid
-from arm.hds.drawing import Drawing, Placed, Route
+from arm.hds.drawing import TITLE, TITLE_X, Drawing, Placed, Route, text_width
 from arm.hds.layout import layered
 from arm.hds.sketch import sketch
 from arm.hds.svg import render, svg
@@ -69,6 +69,7 @@ def test_nothing_overlaps(drawn: list[Drawing]) -> None:
             assert thing.x >= 0
             assert thing.x + thing.width <= drawing.width
             assert 40 < thing.y < thing.y + thing.height <= drawing.height
+        assert TITLE_X + text_width(drawing.title, TITLE) <= drawing.width - TITLE_X
 
 
 def test_no_arrow_crosses_a_box_or_another_label(drawn: list[Drawing]) -> None:
@@ -176,6 +177,12 @@ def test_a_refused_program_is_drawn_with_its_errors_in_red(types: Registry, good
     assert "error" in nodes["Approach1"].attrib["class"].split()
     assert 'class="edge bad"' in picture
     assert "does not run" in picture
+
+
+def test_a_declared_end_of_a_refused_program_is_drawn_as_one() -> None:
+    """With its double edge, as in a program without errors."""
+    text = "BEGIN NAME = Missed; TYPE = End; END BEGIN NAME = A; TYPE = Other; END"
+    assert [box.terminal for box in broken_sketch(text, "x.hds", ()).boxes] == [True, False]
 
 
 @pytest.mark.parametrize("cut", range(0, 700, 35))

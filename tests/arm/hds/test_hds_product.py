@@ -9,15 +9,8 @@ import pytest
 
 from arm.hds import Program, Registry, check_text
 from arm.hds.product import Verdict, render_verdict, verify_program
-from arm.hds.specification import (
-    ENTERED,
-    FORBIDDEN,
-    Happening,
-    Rule,
-    Specification,
-    Symbol,
-    check_specification,
-)
+from arm.hds.specification import ENTERED, FORBIDDEN, Happening, Rule, Specification, Symbol
+from arm.hds.specification_check import check_specification
 from tests.arm.hds.automata import EVENTS, TYPES, program, random_table
 
 CONTACT_FIRST = """\

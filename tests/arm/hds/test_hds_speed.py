@@ -34,19 +34,26 @@ def command(*options: str) -> list[str]:
     return [sys.executable, *options, "-m", "services.cli", "program", "check"]
 
 
-def test_fifty_nodes_are_checked_from_the_shell_in_half_a_second(fifty: Path) -> None:
-    """The best of five runs, by the clock or, as others may use the machine, processor time."""
-    times = []
+def best_of_five(arguments: list[str]) -> tuple[float, str]:
+    """Best time by the clock or, as others may use the machine, of the processor; last output."""
+    times, output = [], ""
     for _ in range(5):
         before, began = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
-        done = subprocess.run(
-            [*command(), str(fifty)], cwd=ROOT, capture_output=True, text=True, timeout=60
-        )
+        done = subprocess.run(arguments, cwd=ROOT, capture_output=True, text=True, timeout=60)
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
-        assert done.returncode == 0 and "no findings" in done.stdout, done.stderr
+        assert done.returncode == 0, done.stderr
+        output = done.stdout
         times.append(time.perf_counter() - began)
         times.append(after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime)
-    assert min(times) <= 0.5, times
+    return min(times), output
+
+
+def test_fifty_nodes_are_checked_from_the_shell_in_half_a_second(fifty: Path) -> None:
+    """Or, where the machine is slow, in thrice what starting Python with numpy takes."""
+    bare, _ = best_of_five([sys.executable, "-c", "import numpy, typer, lark"])
+    taken, output = best_of_five([*command(), str(fifty)])
+    assert "no findings" in output
+    assert taken <= max(0.5, 3.0 * bare), (taken, bare)
 
 
 def test_a_check_imports_no_simulator_and_no_bus(fifty: Path) -> None:
