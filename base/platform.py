@@ -32,7 +32,7 @@ from base.program import RunProgram
 from base.progress import Progress
 from base.respond_to_contact import RespondToContact
 from base.turn_drive_turn import TurnDriveTurn
-from deploy.robot import Robot
+from deploy.robot import Equipped
 from deploy.task import BaseTask
 from services.messages import (
     ArmStatus,
@@ -76,7 +76,7 @@ class Platform:
 
     def __init__(
         self,
-        robot: Robot,
+        robot: Equipped,
         task: BaseTask,
         restarted: bool = False,
         beside: File | None = None,
@@ -87,7 +87,7 @@ class Platform:
         self._description = platform
         self._differential = robot.chassis.drive == "differential"
         self._beside = beside
-        self._reach = robot.arm.reach
+        self._reach = robot.reach
         speed = np.array(platform.speed_limit)
         self._arbiter = Arbiter(
             speed * _ROLLING if self._differential else speed,

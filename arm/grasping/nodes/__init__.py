@@ -1,0 +1,42 @@
+"""The node types of two arms, one file each. A new one is one file and its line here."""
+
+from functools import partial
+
+from arm.grasping.nodes import (
+    comply,
+    drive_to_box,
+    guarded_move,
+    hold,
+    lift,
+    look,
+    open,
+    parallel,
+    reach,
+    rest,
+    set_down,
+    wait,
+)
+from arm.grasping.nodes.node import QUANTITIES, Control, Step
+from arm.hds import registry
+from arm.nodes.build import build_from
+
+REGISTRY = registry(
+    wait.TYPE,
+    look.TYPE,
+    drive_to_box.TYPE,
+    rest.TYPE,
+    open.TYPE,
+    reach.TYPE,
+    guarded_move.TYPE,
+    comply.TYPE,
+    parallel.TYPE,
+    lift.TYPE,
+    hold.TYPE,
+    set_down.TYPE,
+    quantities=QUANTITIES,
+)
+
+build = partial(build_from, REGISTRY)
+"""The control of a node of a program: ``build(node, program)``; ValueError if it cannot be."""
+
+__all__ = ["REGISTRY", "Control", "Step", "build"]
