@@ -132,8 +132,7 @@ class Inward(Objective):
     SPEED, FAST = 0.08, 0.20
     NEAR = 0.03
     DAMPING = 0.0005
-    CREEP, RETREAT = 0.01, 1.5
-    HARD, SOFTEN = 50.0, 0.02
+    CREEP = 0.01
     INTEGRAL, MOST = 4.0, 10.0
     LEAN, LEAN_RATE, LEAN_MOST = 300.0, 300.0, 8.0
 
@@ -179,9 +178,7 @@ class Inward(Objective):
             integral = self._integral[i] + self.INTEGRAL * error * dt
             self._integral[i] = min(max(integral, -self.MOST), self.MOST)
             self.force[i] = self._reference[i] + self._integral[i] + side * lean
-            wanted = min(max(self.DAMPING * error, -self.CREEP), self.CREEP)
-            hard = max(float(feel.raw[i]) - max(self.HARD, 1.5 * self.goal), 0.0)
-            rate.append(max(wanted - self.SOFTEN * hard, -self.RETREAT))
+            rate.append(min(max(self.DAMPING * error, -self.CREEP), self.CREEP))
         return stack(J, rate)
 
     def keep(self, scene: Scene | None) -> None:
@@ -365,6 +362,33 @@ class Ends(Objective):
         if not near.any():
             return _NOTHING
         return Rows(self._identity[near], self.gain * off[near])
+
+
+class Yield(Objective):
+    """A palm pushed harder than ``limit`` goes where it is pushed, above everything else.
+
+    Attributes:
+        limit: [N].
+    """
+
+    name = "yield"
+    gain = 0.02
+    fastest = 1.5
+
+    def __init__(self) -> None:
+        self.limit = 50.0
+
+    def rows(self, kinematics: Any, dt: float) -> Rows:
+        """Along the force on each palm that is pushed too hard."""
+        scene: Scene = kinematics
+        J, rate = [], []
+        for i in range(2):
+            size = float(np.linalg.norm(scene.feel.pushed[i]))
+            if size > self.limit:
+                way = scene.palms.R[i] @ (scene.feel.pushed[i] / size)
+                J.append(way @ scene.palms.J[i][:3])
+                rate.append(min(self.gain * (size - self.limit), self.fastest))
+        return stack(J, rate)
 
 
 class Rest(Objective):
