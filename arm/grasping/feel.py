@@ -34,6 +34,7 @@ class Feel:
         raw: as ``force``, not filtered; ``pushed``: force of the world on each palm in P, not
             filtered, shape (2, 3) [N].
         touches: which palm touches.
+        yielding: which palm is pushed so hard that it gives way (``objectives.Yield``).
         peak: largest force on either palm since the start, not filtered [N].
     """
 
@@ -45,6 +46,7 @@ class Feel:
         self.raw = np.zeros(2)
         self.pushed = np.zeros((2, 3))
         self.touches = [False, False]
+        self.yielding = [False, False]
         self._since = [0.0, 0.0]
         self.peak = 0.0
 

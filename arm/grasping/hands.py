@@ -99,9 +99,9 @@ class Hands:
             return np.zeros(JOINTS), np.zeros(JOINTS)
         self.yields.limit = max(HARD, 1.5 * self.force.goal) if move.presses else PUSHED
         seen: Any = scene  # what these objectives are told instead of one tip's kinematics
+        first = [self.yields.rows(seen, scene.dt), self.ends.rows(seen, scene.dt)]
         rows = [o.rows(seen, scene.dt) for o in move.controller.parts()]
         below = [o.rows(seen, scene.dt) for o in move.below]
-        first = [self.yields.rows(seen, scene.dt), self.ends.rows(seen, scene.dt)]
         if move.composition == "sum":
             qd = plain_sum([*rows, *below])
         else:

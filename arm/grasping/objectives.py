@@ -163,6 +163,9 @@ class Inward(Objective):
         J, rate = [], []
         lean = self._lean(scene)
         for i, side in enumerate(SIDES):
+            if feel.yielding[i]:
+                self.force[i] = 0.0
+                continue
             inward = -side * n
             J.append(inward @ scene.palms.J[i][:3])
             if not feel.touches[i]:
@@ -293,6 +296,8 @@ class Clearance(Objective):
         J, rate = [], []
         face = 0.5 * float(box.size[1]) + float(scene.half_palm[1])
         for i, side in enumerate(SIDES):
+            if scene.feel.yielding[i]:
+                continue
             out = side * box.across
             wanted = self.gain * (face + self.gaps[i] - float(out @ (scene.palms.p[i] - box.p)))
             J.append(out @ scene.palms.J[i][:3])
@@ -367,6 +372,9 @@ class Ends(Objective):
 class Yield(Objective):
     """A palm pushed harder than ``limit`` goes where it is pushed, above everything else.
 
+    Objectives along nearly the same direction pass such a palm over (``Feel.yielding``): both
+    could be had, by a large motion across.
+
     Attributes:
         limit: [N].
     """
@@ -384,6 +392,7 @@ class Yield(Objective):
         J, rate = [], []
         for i in range(2):
             size = float(np.linalg.norm(scene.feel.pushed[i]))
+            scene.feel.yielding[i] = size > self.limit
             if size > self.limit:
                 way = scene.palms.R[i] @ (scene.feel.pushed[i] / size)
                 J.append(way @ scene.palms.J[i][:3])
