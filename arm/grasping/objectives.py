@@ -129,8 +129,7 @@ class Inward(Objective):
     name = "force"
     LIGHT = 5.0
     RAMP = 120.0
-    SPEED, FAST = 0.08, 0.20
-    NEAR = 0.03
+    SPEED, FAST, CLOSES = 0.08, 0.20, 6.0
     DAMPING = 0.0005
     CREEP = 0.01
     INTEGRAL, MOST = 4.0, 10.0
@@ -211,7 +210,7 @@ class Inward(Objective):
         way = side * float(box.across @ (scene.palms.p[i] - box.p))
         left = way - 0.5 * float(box.size[1]) - float(scene.half_palm[1])
         if self.gaps[i] >= 0.0:
-            return min(max(3.0 * (left - self.gaps[i]), -self.FAST), self.FAST)
+            return min(max(self.CLOSES * (left - self.gaps[i]), -self.FAST), self.FAST)
         return self.SPEED
 
 
