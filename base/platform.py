@@ -186,6 +186,11 @@ class Platform:
         return self._main
 
     @property
+    def differential(self) -> bool:
+        """It cannot move sideways."""
+        return self._differential
+
+    @property
     def stopped(self) -> str:
         """Why the platform stands until it is told to resume; empty if it does not."""
         return self._stopped

@@ -39,8 +39,8 @@ class Touch:
     Attributes:
         points: middle of pressure of the left and of the right palm [m], None if it touches not.
         lifted: the palms carry weight: what they hold goes up and down with them.
-        grip: when both press harder than the table holds the box, the point half way between the palms [m] and a frame (3, 3) that
-            turns with the line between them.
+        grip: when both press harder than the table holds the box, the point half way between the
+            palms [m] and a frame (3, 3) that turns with the line between them.
         normal: +y of the box as palms that lie flat show it, unit vector.
         sd: of the middle between ``points`` along the normal [m].
         normal_sd: of ``normal`` [rad].

@@ -157,9 +157,10 @@ def show(experiment: Experiment, outcome: Outcome) -> None:
     """Print a campaign: its table, what failed, what it cost."""
     about = outcome.about
     last = about.seed + len(outcome.records) - 1
-    table = Table(box=SIMPLE_HEAD, title=f"{experiment.name}, seeds {about.seed}-{last}")
-    for head in ("", "", "95 % interval", "trials", "goal", ""):
-        table.add_column(head, no_wrap=True, justify="right" if head == "trials" else "left")
+    title = f"{experiment.name}, seeds {about.seed}-{last}"
+    table = Table("", box=SIMPLE_HEAD, pad_edge=False, title=title)  # only labels may wrap
+    for head in ("", "95 % interval", "n", "goal", ""):
+        table.add_column(head, no_wrap=True, justify="right" if head == "n" else "left")
     for line in outcome.lines:
         table.add_row(*_cells(line))
     console.print(table)
@@ -188,7 +189,7 @@ def show(experiment: Experiment, outcome: Outcome) -> None:
 
 def _cells(line: Line) -> list[str]:
     def number(x: float | None) -> str:
-        return "-" if x is None else f"{100 * x:.4g} %" if line.share else f"{x:.4g}"
+        return "-" if x is None else f"{100 * x:.3g} %" if line.share else f"{x:.4g}"
 
     interval = "" if line.low is None else f"{number(line.low)} to {number(line.high)}"
     goal = "" if line.goal is None else ("≥ " if line.least else "≤ ") + number(line.goal)

@@ -18,7 +18,7 @@ from arm.grasping.feel import Feel
 from arm.grasping.hands import Hands, Move
 from arm.grasping.law import Gains, Law
 from arm.grasping.limits import Limits
-from arm.grasping.model import JOINTS, TwoArmModel
+from arm.grasping.model import JOINTS, Palms, TwoArmModel
 from arm.grasping.nodes import Control, Step, build
 from arm.grasping.nodes.carrying import carried
 from arm.grasping.nodes.node import quantities
@@ -265,7 +265,7 @@ class GraspExecutive:
             self._held_at = None
             wanted, extra = self.hands.execute(move, scene)
         free = not any(self.feel.touches)
-        hard = bool(self.feel.raw.max() > self.hands.force.HARD)
+        hard = float(np.abs(self.feel.pushed).max()) > self.hands.yields.limit
         tau = self._law.torque(dt, wanted, state.qd, extra, free, hard)
         violated = self._limits.violated(dt, state.q, state.qd)
         if violated is not None and self.state != "protective_stop":
@@ -283,7 +283,7 @@ class GraspExecutive:
         self._placed = self._placed or estimate.valid
         return replace(estimate, valid=True) if self._placed else estimate
 
-    def _scene(self, dt: float, state: ArmState, palms: object) -> Scene:
+    def _scene(self, dt: float, state: ArmState, palms: Palms) -> Scene:
         box: BoxPlace | None = None
         age = math.inf
         seen, base = self._seen, self._platform.base
@@ -301,7 +301,7 @@ class GraspExecutive:
             box,
             age,
             self._size,
-            self._half_palm,  # type: ignore[arg-type]
+            self._half_palm,
         )
 
     def _move(self, scene: Scene) -> Move:

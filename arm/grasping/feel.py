@@ -31,7 +31,10 @@ class Feel:
         moment: of the world on each palm about x, y, z of its P, shape (2, 3) [N m].
         load: force of the world on each palm across its normal, in P, slowly filtered,
             shape (2, 3) [N]; and ``twist``, about its normal, shape (2,) [N m].
+        raw: as ``force``, not filtered; ``pushed``: force of the world on each palm in P, not
+            filtered, shape (2, 3) [N].
         touches: which palm touches.
+        yielding: which palm is pushed so hard that it gives way (``objectives.Yield``).
         peak: largest force on either palm since the start, not filtered [N].
     """
 
@@ -41,7 +44,9 @@ class Feel:
         self.load = np.zeros((2, 3))
         self.twist = np.zeros(2)
         self.raw = np.zeros(2)
+        self.pushed = np.zeros((2, 3))
         self.touches = [False, False]
+        self.yielding = [False, False]
         self._since = [0.0, 0.0]
         self.peak = 0.0
 
@@ -57,6 +62,7 @@ class Feel:
         slow = -math.expm1(-2 * math.pi * LOAD_FILTER * dt)
         for i, side in enumerate(SIDES):
             self.raw[i] = side * w[i, 1]
+            self.pushed[i] = w[i, :3]
             self.force[i] += quick * (self.raw[i] - self.force[i])
             self.moment[i] += quick * (w[i, 3:] - self.moment[i])
             across = np.array([w[i, 0], 0.0, w[i, 2]])

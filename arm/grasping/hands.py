@@ -8,7 +8,7 @@ What is executed at once is derived by the algebra from the sequence (Platt et a
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,11 +27,16 @@ from arm.grasping.objectives import (
     Preshape,
     Reach,
     Rest,
+    Yield,
 )
 from arm.grasping.scene import Scene
 
 Array = NDArray[np.float64]
 
+HARD = 50.0
+"""Force from which a palm that presses gives way, at least [N], ..."""
+PUSHED = 20.0
+"""... and one that means to touch nothing."""
 Composition = Literal["null_space", "sum"]
 
 
@@ -70,6 +75,7 @@ class Hands:
 
     def __init__(self, rest: Array, lower: Array, upper: Array) -> None:
         self.reach, self.force, self.moment = Reach(), Inward(), Flat()
+        self.yields = Yield()
         self.ends = Ends(lower, upper)
         self.carry, self.roll = Carry(), Keep()
         self.clearance, self.preshape, self.posture = Clearance(), Preshape(), Rest(rest)
@@ -91,13 +97,15 @@ class Hands:
         """
         if move.controller is None:
             return np.zeros(JOINTS), np.zeros(JOINTS)
-        rows = [o.rows(scene, scene.dt) for o in move.controller.parts()]
-        below = [o.rows(scene, scene.dt) for o in move.below]
+        self.yields.limit = max(HARD, 1.5 * self.force.goal) if move.presses else PUSHED
+        seen: Any = scene  # what these objectives are told instead of one tip's kinematics
+        first = [self.yields.rows(seen, scene.dt), self.ends.rows(seen, scene.dt)]
+        rows = [o.rows(seen, scene.dt) for o in move.controller.parts()]
+        below = [o.rows(seen, scene.dt) for o in move.below]
         if move.composition == "sum":
             qd = plain_sum([*rows, *below])
         else:
-            ends = self.ends.rows(scene, scene.dt)
-            qd = priorities([ends, *rows, *below], JOINTS).qd
+            qd = priorities([*first, *rows, *below], JOINTS).qd
         return qd, self._torque(move, scene)
 
     def _torque(self, move: Move, scene: Scene) -> Array:

@@ -129,11 +129,9 @@ class Inward(Objective):
     name = "force"
     LIGHT = 5.0
     RAMP = 120.0
-    SPEED, FAST = 0.08, 0.20
-    NEAR = 0.03
+    SPEED, FAST, CLOSES = 0.08, 0.20, 6.0
     DAMPING = 0.0005
-    CREEP, RETREAT = 0.01, 1.5
-    HARD, SOFTEN = 50.0, 0.02
+    CREEP = 0.01
     INTEGRAL, MOST = 4.0, 10.0
     LEAN, LEAN_RATE, LEAN_MOST = 300.0, 300.0, 8.0
 
@@ -164,6 +162,9 @@ class Inward(Objective):
         J, rate = [], []
         lean = self._lean(scene)
         for i, side in enumerate(SIDES):
+            if feel.yielding[i]:
+                self.force[i] = 0.0
+                continue
             inward = -side * n
             J.append(inward @ scene.palms.J[i][:3])
             if not feel.touches[i]:
@@ -179,9 +180,7 @@ class Inward(Objective):
             integral = self._integral[i] + self.INTEGRAL * error * dt
             self._integral[i] = min(max(integral, -self.MOST), self.MOST)
             self.force[i] = self._reference[i] + self._integral[i] + side * lean
-            wanted = min(max(self.DAMPING * error, -self.CREEP), self.CREEP)
-            hard = max(float(feel.raw[i]) - max(self.HARD, 1.5 * self.goal), 0.0)
-            rate.append(max(wanted - self.SOFTEN * hard, -self.RETREAT))
+            rate.append(min(max(self.DAMPING * error, -self.CREEP), self.CREEP))
         return stack(J, rate)
 
     def keep(self, scene: Scene | None) -> None:
@@ -211,7 +210,7 @@ class Inward(Objective):
         way = side * float(box.across @ (scene.palms.p[i] - box.p))
         left = way - 0.5 * float(box.size[1]) - float(scene.half_palm[1])
         if self.gaps[i] >= 0.0:
-            return min(max(3.0 * (left - self.gaps[i]), -self.FAST), self.FAST)
+            return min(max(self.CLOSES * (left - self.gaps[i]), -self.FAST), self.FAST)
         return self.SPEED
 
 
@@ -296,6 +295,8 @@ class Clearance(Objective):
         J, rate = [], []
         face = 0.5 * float(box.size[1]) + float(scene.half_palm[1])
         for i, side in enumerate(SIDES):
+            if scene.feel.yielding[i]:
+                continue
             out = side * box.across
             wanted = self.gain * (face + self.gaps[i] - float(out @ (scene.palms.p[i] - box.p)))
             J.append(out @ scene.palms.J[i][:3])
@@ -365,6 +366,37 @@ class Ends(Objective):
         if not near.any():
             return _NOTHING
         return Rows(self._identity[near], self.gain * off[near])
+
+
+class Yield(Objective):
+    """A palm pushed harder than ``limit`` goes where it is pushed, above everything else.
+
+    Objectives along nearly the same direction pass such a palm over (``Feel.yielding``): both
+    could be had, by a large motion across.
+
+    Attributes:
+        limit: [N].
+    """
+
+    name = "yield"
+    gain = 0.02
+    fastest = 1.5
+
+    def __init__(self) -> None:
+        self.limit = 50.0
+
+    def rows(self, kinematics: Any, dt: float) -> Rows:
+        """Along the force on each palm that is pushed too hard."""
+        scene: Scene = kinematics
+        J, rate = [], []
+        for i in range(2):
+            size = float(np.linalg.norm(scene.feel.pushed[i]))
+            scene.feel.yielding[i] = size > self.limit
+            if size > self.limit:
+                way = scene.palms.R[i] @ (scene.feel.pushed[i] / size)
+                J.append(way @ scene.palms.J[i][:3])
+                rate.append(min(self.gain * (size - self.limit), self.fastest))
+        return stack(J, rate)
 
 
 class Rest(Objective):

@@ -1,6 +1,6 @@
 """The node types of two arms, one file each. A new one is one file and its line here."""
 
-from functools import partial
+from typing import Any
 
 from arm.grasping.nodes import (
     comply,
@@ -17,7 +17,7 @@ from arm.grasping.nodes import (
     wait,
 )
 from arm.grasping.nodes.node import QUANTITIES, Control, Step
-from arm.hds import registry
+from arm.hds import Node, Program, registry
 from arm.nodes.build import build_from
 
 REGISTRY = registry(
@@ -36,7 +36,16 @@ REGISTRY = registry(
     quantities=QUANTITIES,
 )
 
-build = partial(build_from, REGISTRY)
-"""The control of a node of a program: ``build(node, program)``; ValueError if it cannot be."""
+
+def build(node: Node, program: Program) -> Control:
+    """The control of a program's node.
+
+    Raises:
+        ValueError: it cannot be made; the text names the node.
+    """
+    made: Any = build_from(REGISTRY, node, program)
+    control: Control = made
+    return control
+
 
 __all__ = ["REGISTRY", "Control", "Step", "build"]

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from arm.grasping.hands import Hands, Move
 from arm.grasping.nodes.node import TIMEOUT, TIMEOUT_EVENT, Clock, Step
-from arm.grasping.nodes.pressing import FORCE, TOO_WIDE, press, too_wide
+from arm.grasping.nodes.pressing import FORCE, TOO_WIDE, Width, press
 from arm.grasping.regions import Regions
 from arm.grasping.scene import Scene
 from arm.hds import Event, NodeType, Parameter, ParameterValue
@@ -25,6 +25,7 @@ class GraspComply:
         self._force = float(values["Force"])
         self._settle = float(values["Settle"])
         self._clock = Clock(float(values["Timeout"]))
+        self._width = Width()
 
     def enter(self, scene: Scene, hands: Hands, regions: Regions) -> None:
         """Nothing has settled yet."""
@@ -32,11 +33,11 @@ class GraspComply:
 
     def update(self, scene: Scene, hands: Hands, regions: Regions) -> Step:
         """Complied after ``Settle`` inside the goal region."""
-        press(hands, self._force)
+        press(hands, self._force, scene)
         hands.force.gaps[:] = -1.0
         hands.preshape.firm = False
         move = Move(hands.comply, (hands.roll, hands.preshape, hands.posture), presses=True)
-        wide = too_wide(scene)
+        wide = self._width.step(scene)
         if wide:
             return Step(move, "Too_wide", wide)
         self._for = self._for + scene.dt if regions["comply"] else 0.0

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from arm.grasping.hands import Hands, Move
 from arm.grasping.nodes.node import TIMEOUT, TIMEOUT_EVENT, Clock, Step
-from arm.grasping.nodes.pressing import FORCE, TOO_WIDE, press, too_wide
+from arm.grasping.nodes.pressing import FORCE, TOO_WIDE, Width, press
 from arm.grasping.regions import Regions
 from arm.grasping.scene import Scene
 from arm.hds import Event, NodeType, ParameterValue
@@ -24,6 +24,7 @@ class GraspGuardedMove:
     def __init__(self, values: Mapping[str, ParameterValue]) -> None:
         self._force = float(values["Force"])
         self._clock = Clock(float(values["Timeout"]))
+        self._width = Width()
 
     def enter(self, scene: Scene, hands: Hands, regions: Regions) -> None:
         """Nothing is held yet."""
@@ -31,11 +32,11 @@ class GraspGuardedMove:
 
     def update(self, scene: Scene, hands: Hands, regions: Regions) -> Step:
         """Touched inside the goal region."""
-        press(hands, self._force)
+        press(hands, self._force, scene)
         hands.force.gaps[:] = -1.0
         hands.preshape.firm = True
         move = Move(hands.gm, (hands.preshape, hands.posture), presses=True)
-        wide = too_wide(scene)
+        wide = self._width.step(scene)
         if wide:
             return Step(move, "Too_wide", wide)
         event = None

@@ -10,7 +10,7 @@ import numpy as np
 from arm.grasping.hands import Composition, Hands, Move
 from arm.grasping.nodes.comply import SETTLE
 from arm.grasping.nodes.node import TIMEOUT, TIMEOUT_EVENT, Clock, Step
-from arm.grasping.nodes.pressing import FORCE, TOO_WIDE, press, too_wide
+from arm.grasping.nodes.pressing import FORCE, TOO_WIDE, Width, press
 from arm.grasping.regions import Regions
 from arm.grasping.scene import Scene
 from arm.hds import Event, NodeType, Parameter, ParameterValue
@@ -38,6 +38,7 @@ class GraspParallel:
         self._settle = float(values["Settle"])
         self._composition = cast(Composition, str(values["Composition"]))
         self._clock = Clock(float(values["Timeout"]))
+        self._width = Width()
 
     def enter(self, scene: Scene, hands: Hands, regions: Regions) -> None:
         """Nothing has settled yet."""
@@ -46,7 +47,7 @@ class GraspParallel:
 
     def update(self, scene: Scene, hands: Hands, regions: Regions) -> Step:
         """Complied after ``Settle`` inside the goal region of the compliance."""
-        press(hands, self._force)
+        press(hands, self._force, scene)
         if not any(scene.feel.touches):
             hands.reach.dead = 0.0
         errors = hands.reach.error(scene)
@@ -60,7 +61,7 @@ class GraspParallel:
         if self._composition == "sum":
             below = (hands.roll, hands.preshape)  # type: ignore[assignment]
         move = Move(hands.parallel, below, self._composition, presses=True)
-        wide = too_wide(scene)
+        wide = self._width.step(scene)
         if wide:
             return Step(move, "Too_wide", wide)
         self._for = self._for + scene.dt if regions["comply"] else 0.0
