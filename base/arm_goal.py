@@ -31,7 +31,8 @@ class ArmGoal:
         try:
             if number:
                 self._platform.set_goal(*(float(v) for v in arm.goal))
-            elif self._platform.doing == "driving":
+            # one that cannot move sideways would set out anew, with a turn, when pushed
+            elif self._platform.doing == "driving" or self._platform.differential:
                 self._platform.set_behaviour("hold_still")
         except ValueError as error:
             self.refused = f"goal of the program refused: {error}"

@@ -22,7 +22,7 @@ from base.program import RunProgram
 from base.progress import Progress
 from base.respond_to_contact import RespondToContact
 from base.tasks import Tasks, parse
-from deploy.robot import Robot
+from deploy.robot import Equipped
 from deploy.task import BaseTask
 from services.messages import (
     ArmStatus,
@@ -69,7 +69,7 @@ class Platform:
 
     def __init__(
         self,
-        robot: Robot,
+        robot: Equipped,
         task: BaseTask,
         restarted: bool = False,
         beside: Path | None = None,
@@ -86,7 +86,7 @@ class Platform:
             robot.chassis.jerk_limit,
             task.fusion,
         )
-        radius, reach = robot.chassis.radius, robot.arm.reach
+        radius, reach = robot.chassis.radius, robot.reach
         picture = None if robot.laser is None else Picture(robot.laser, radius)
         self.picture = picture
         self._tasks = Tasks(platform, robot.chassis, reach, PERIOD, picture, beside)
@@ -175,6 +175,11 @@ class Platform:
     def main(self) -> Behaviour:
         """The behaviour that does the task, whether or not it has begun."""
         return self._main
+
+    @property
+    def differential(self) -> bool:
+        """It cannot move sideways."""
+        return self._differential
 
     @property
     def stopped(self) -> str:

@@ -20,6 +20,10 @@ COURSE = 0.05
 """Bearing error at which a turn gives way to the drive [rad] ..."""
 OFF_COURSE = 0.5
 """... and beyond which a drive gives way to a turn [rad]."""
+BACKING = 1.0
+"""What lies straight behind, no farther than this [m] ..."""
+STRAIGHT = 0.3
+"""... and asks for no other heading than this [rad], is backed up to."""
 STEERED = 0.15
 """Nearer to the goal than this the drive is steered less and less, in vain as it is [m]."""
 PASSED = 0.5
@@ -51,6 +55,7 @@ class TurnDriveTurn:
         self._driving = False
         self._there = False
         self._facing = False
+        self._backs: bool | None = None
 
     @property
     def state(self) -> str:
@@ -61,11 +66,18 @@ class TurnDriveTurn:
         """The velocity of the part that is due, none of it sideways; exactly zero once there."""
         pose = senses.estimate.pose
         distance, bearing = range_and_bearing(self._goal, pose)
+        if self._backs is None:
+            self._backs = behind(self._goal, pose)
+        if self._backs:
+            bearing = wrap(bearing + math.pi)
         self._look(distance, bearing, float(pose[2]))
         if not self._there:
             if not self._driving:
                 return Vote(turning(self._approach, bearing), reason="turns to the goal")
-            return Vote(driving(self._approach, distance, bearing), reason="drives to the goal")
+            velocity = driving(self._approach, distance, bearing)
+            if self._backs:
+                velocity = velocity * np.array([-1.0, 1.0, 1.0])
+            return Vote(velocity, reason="drives to the goal")
         if self._facing:
             return Vote(np.zeros(3))
         turn = wrap(float(self._goal[2] - pose[2]))
@@ -90,6 +102,14 @@ class TurnDriveTurn:
             return
         turn = abs(wrap(float(self._goal[2] - heading)))
         self._facing = turn <= (3 if self._facing else 1) * straight
+
+
+def behind(goal: Array, pose: Array) -> bool:
+    """Whether a goal (3,) lies near behind a pose (3,) and asks for its heading: then back up."""
+    distance, bearing = range_and_bearing(goal, pose)
+    if not math.isfinite(goal[2]) or abs(wrap(float(goal[2] - pose[2]))) > STRAIGHT:
+        return False
+    return distance < BACKING and abs(wrap(bearing + math.pi)) < STRAIGHT
 
 
 def range_and_bearing(goal: Array, pose: Array) -> tuple[float, float]:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Literal, TypeVar, overload
 
 from pydantic import Field
 
-from deploy.tomlfile import BadFile, Strict, load_toml
+from deploy.tomlfile import BadFile, Strict, load_toml, toml_entry
 
 ROBOTS = Path(__file__).parent / "robots"
 
@@ -15,6 +15,8 @@ Positive = Annotated[float, Field(gt=0)]
 NonNegative = Annotated[float, Field(ge=0)]
 Vector3 = tuple[float, float, float]
 Vector6 = tuple[float, float, float, float, float, float]
+Vector7 = tuple[float, float, float, float, float, float, float]
+Names7 = tuple[str, str, str, str, str, str, str]
 
 
 class Arm(Strict):
@@ -31,6 +33,52 @@ class Arm(Strict):
     rest: Vector6
     reach: Positive
     force_limit: Positive
+
+
+class TwoArms(Strict):
+    """Two arms of seven joints, mirror images: figures hold for both, from shoulder to wrist.
+
+    Wherever joints of both are listed, the left arm's seven come first, then the right arm's.
+    """
+
+    urdf: str
+    joints_left: Names7
+    joints_right: Names7
+    torque_limit: Vector7
+    velocity_limit: Vector7
+    rotor_inertia: Vector7
+    coulomb_friction: Vector7
+    viscous_friction: Vector7
+    encoder_resolution: Positive
+    rest_left: Vector7
+    rest_right: Vector7
+    reach: Positive
+    """Shoulder to middle of the palm, stretched [m]."""
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """Names of all 14 joints, left then right."""
+        return self.joints_left + self.joints_right
+
+    @property
+    def rest(self) -> tuple[float, ...]:
+        """Posture at the start, (14,) [rad]."""
+        return self.rest_left + self.rest_right
+
+
+class Palms(Strict):
+    """Flat palms, one at the end of each arm, each on a load cell; masses are in the URDF.
+
+    Frame P: origin in the middle of the palm, x across the hand, y along the normal (of a left
+    palm -y looks at the right one), z from fingertips to heel.
+    """
+
+    links: tuple[str, str]
+    """Bodies in the URDF, left then right."""
+    size: tuple[Positive, Positive, Positive]
+    """Along x, y, z of P [m]."""
+    force_limit: Positive
+    """That a hand survives [N]."""
 
 
 class Pen(Strict):
@@ -134,6 +182,10 @@ class Vision(Strict):
     """Standard deviation of position [m] and rotation [rad] at distance zero."""
     noise_per_metre: tuple[NonNegative, NonNegative]
     """What each metre of distance adds [m/m], [rad/m]."""
+    noise_per_metre_squared: tuple[NonNegative, NonNegative] = (0.0, 0.0)
+    """What the distance squared adds [m/m^2], [rad/m^2]."""
+    correlation: NonNegative = 0.0
+    """Time over which the error stays alike [s]; 0: every picture errs anew."""
 
 
 class LoadCell(Strict):
@@ -151,32 +203,104 @@ class MobileBase(Strict):
     imu: Imu
 
 
-class Robot(MobileBase):
-    """Everything a robot is."""
+class Equipped(MobileBase):
+    """A mobile base with what its own control and its look around need."""
 
-    arm: Arm
-    pen: Pen
-    load_cell: LoadCell
     chassis: Chassis = Chassis()
     laser: Laser | None = None
     """None: the robot has none, and so with the others."""
     bumper: Bumper | None = None
     vision: Vision | None = None
 
+    @property
+    def reach(self) -> float:
+        """From shoulder to wrist or palm at most [m]."""
+        raise NotImplementedError
 
-def load_robot(name: str) -> Robot:
+
+class Robot(Equipped):
+    """A robot of one arm, which holds a pen."""
+
+    kind: Literal["one_arm"] = "one_arm"
+    arm: Arm
+    pen: Pen
+    load_cell: LoadCell
+
+    @property
+    def reach(self) -> float:
+        """From shoulder to wrist at most [m]."""
+        return self.arm.reach
+
+
+class TwoArmRobot(Equipped):
+    """A robot of two arms with flat palms (docs/two_arm_robot.md)."""
+
+    kind: Literal["two_arm"]
+    period: Annotated[float, Field(ge=0.001, le=0.01, multiple_of=0.001)]
+    """Of the arms' state and of their control [s]."""
+    arms: TwoArms
+    palms: Palms
+    load_cell: LoadCell
+
+    @property
+    def reach(self) -> float:
+        """From shoulder to the middle of the palm, stretched [m]."""
+        return self.arms.reach
+
+
+KINDS: dict[str, type[Equipped]] = {"one_arm": Robot, "two_arm": TwoArmRobot}
+"""Every kind of robot by the ``kind`` its description states; ``one_arm`` if it states none."""
+
+R = TypeVar("R", bound=MobileBase)
+
+
+@overload
+def load_robot(name: str) -> Robot: ...
+@overload
+def load_robot(name: str, kind: type[R]) -> R: ...
+def load_robot(name: str, kind: type[MobileBase] = Robot) -> MobileBase:
     """Load ``deploy/robots/<name>/robot.toml``.
 
+    Args:
+        name: of the robot.
+        kind: class that the caller can work with; ``MobileBase`` or ``Equipped`` for any robot.
+
     Raises:
-        BadFile: no such robot (the known ones are named), or a wrong entry.
+        BadFile: no such robot (the known ones are named), a wrong entry, or another kind.
     """
+    path = _path(name)
+    stated = robot_kind(name)
+    model = KINDS[stated]
+    if not issubclass(model, kind):
+        wanted = ", ".join(repr(k) for k, m in KINDS.items() if issubclass(m, kind))
+        raise BadFile(path, [f"kind: {name!r} is of kind {stated!r}; this needs {wanted}"])
+    return load_toml(path, model)
+
+
+def robot_kind(name: str) -> str:
+    """Which of ``KINDS`` a robot is.
+
+    Raises:
+        BadFile: no such robot, or no such kind; the known ones are named.
+    """
+    path = _path(name)
+    kind = toml_entry(path, "kind", "one_arm")
+    if kind not in KINDS:
+        raise BadFile(path, [f"kind: no kind {kind!r}. Known: {', '.join(KINDS)}"])
+    return str(kind)
+
+
+def urdf_text(name: str) -> str:
+    """The URDF of a robot as text (named in its description, beside it)."""
+    robot = load_robot(name, Equipped)
+    assert isinstance(robot, Robot | TwoArmRobot)
+    file = robot.arm.urdf if isinstance(robot, Robot) else robot.arms.urdf
+    return (ROBOTS / name / file).read_text(encoding="utf-8")
+
+
+def _path(name: str) -> Path:
     path = ROBOTS / name / "robot.toml"
     if not path.is_file():
         known = ", ".join(sorted(p.parent.name for p in ROBOTS.glob("*/robot.toml")))
         raise BadFile(path, [f"no robot {name!r}. Known: {known}"])
-    return load_toml(path, Robot)
-
-
-def urdf_text(name: str) -> str:
-    """The URDF of a robot as text (``robot.arm.urdf`` beside its description)."""
-    return (ROBOTS / name / load_robot(name).arm.urdf).read_text(encoding="utf-8")
+    return path

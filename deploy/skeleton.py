@@ -1,7 +1,8 @@
 """Builds a robot's DART skeleton from its description: one model for simulation, control, pictures.
 
-Degrees of freedom, in order: platform x, y [m] and heading [rad] of B in O; six arm joints [rad];
-pen spring [m].
+Degrees of freedom, in order: platform x, y [m] and heading [rad] of B in O; then, of a one-armed
+robot, six arm joints [rad] and the pen spring [m]; of a two-armed one, seven joints of the left arm
+and seven of the right one [rad].
 """
 
 from __future__ import annotations
@@ -11,12 +12,17 @@ from typing import Any
 import dartpy as dart
 import numpy as np
 
-from deploy.robot import Robot, load_robot, urdf_text
+from deploy.robot import Robot, TwoArmRobot, load_robot, urdf_text
 
 PLATFORM = slice(0, 3)
 ARM = slice(3, 9)
 PEN = 9
 DOFS = 10
+
+LEFT, RIGHT = slice(3, 10), slice(10, 17)
+BOTH = slice(3, 17)
+"""Both arms of a two-armed robot, left then right."""
+TWO_ARM_DOFS = 17
 
 
 def load_skeleton(name: str) -> tuple[Robot, Any]:
@@ -29,8 +35,7 @@ def load_skeleton(name: str) -> tuple[Robot, Any]:
         BadFile: no such robot, or a wrong entry in its description.
     """
     robot = load_robot(name)
-    skeleton = dart.utils.DartLoader().parseSkeletonString(urdf_text(name), dart.common.Uri(""))
-    skeleton.setGravity([0.0, 0.0, -9.81])
+    skeleton = _parse(name)
     for joint, rotor in zip(robot.arm.joints, robot.arm.rotor_inertia, strict=True):
         add_inertia(skeleton.getJoint(joint).getChildBodyNode(), np.diag([0.0, 0.0, rotor]))
     spring = skeleton.getJoint("pen_spring")
@@ -38,6 +43,28 @@ def load_skeleton(name: str) -> tuple[Robot, Any]:
     spring.setDampingCoefficient(0, robot.pen.damping)
     spring.setRestPosition(0, 0.0)
     return robot, skeleton
+
+
+def load_two_arm_skeleton(name: str) -> tuple[TwoArmRobot, Any]:
+    """Load a two-armed robot's description and its skeleton, with rotor inertia added.
+
+    Raises:
+        BadFile: no such robot, another kind of robot, or a wrong entry in its description.
+    """
+    robot = load_robot(name, TwoArmRobot)
+    skeleton = _parse(name)
+    for joint, rotor in zip(robot.arms.joints, robot.arms.rotor_inertia * 2, strict=True):
+        moved = skeleton.getJoint(joint)
+        # link frames are parallel to their joint's frame
+        axis = np.asarray(moved.getAxis()).reshape(3)
+        add_inertia(moved.getChildBodyNode(), rotor * np.outer(axis, axis))
+    return robot, skeleton
+
+
+def _parse(name: str) -> Any:
+    skeleton = dart.utils.DartLoader().parseSkeletonString(urdf_text(name), dart.common.Uri(""))
+    skeleton.setGravity([0.0, 0.0, -9.81])
+    return skeleton
 
 
 def add_inertia(body: Any, moment: np.ndarray, mass: float = 0.0) -> None:

@@ -23,6 +23,7 @@ __all__ = [
     "PROGRAMS",
     "BaseTask",
     "BoardPose",
+    "BoxTask",
     "CirclePath",
     "PathSpec",
     "PolylinePath",
@@ -184,6 +185,13 @@ class BaseTask(Documented):
         return self
 
 
+class BoxTask(Documented):
+    """The box to grasp, as it is believed to be."""
+
+    size: tuple[Positive, Positive, Positive] = (0.203, 0.279, 0.178)
+    """Along x, y, z of its frame X [m]; the palms take it across y."""
+
+
 class Task(Documented):
     """All that arm and base are told."""
 
@@ -199,6 +207,8 @@ class Task(Documented):
     """Where the board is believed to be: X_OS."""
     watch_board: bool = False
     """Follow the board by vision as odometry drifts against it."""
+    box: BoxTask | None = None
+    """For two arms: what they grasp, and the observer looks for."""
     base: BaseTask = BaseTask()
 
 

@@ -37,16 +37,29 @@ def load_toml(path: Path, model: type[T]) -> T:
     Raises:
         BadFile: missing file, bad TOML, or findings by key, all at once.
     """
-    try:
-        content = tomllib.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise BadFile(path, ["no such file"]) from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise BadFile(path, [f"not TOML: {error}"]) from None
+    content = _read(path)
     try:
         return model.model_validate(content)
     except ValidationError as error:
         raise BadFile(path, [_finding(model, dict(e)) for e in error.errors()]) from None
+
+
+def toml_entry(path: Path, key: str, default: Any) -> Any:
+    """One entry at the top of a TOML file, ``default`` if it has none.
+
+    Raises:
+        BadFile: missing file or bad TOML.
+    """
+    return _read(path).get(key, default)
+
+
+def _read(path: Path) -> dict[str, Any]:
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise BadFile(path, ["no such file"]) from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise BadFile(path, [f"not TOML: {error}"]) from None
 
 
 def _finding(model: type[BaseModel], error: dict[str, Any]) -> str:

@@ -7,7 +7,7 @@ from typing import Any
 
 from base.arm_goal import ArmGoal
 from base.platform import PERIOD, Platform
-from deploy.robot import load_robot
+from deploy.robot import Equipped, load_robot
 from services import messages as m
 from services.service import Inbox, Outbox, Reply, act_on
 from services.topics import (
@@ -45,7 +45,7 @@ class BaseService:
 
     def __init__(self, scenario: Scenario, restarted: bool) -> None:
         self._task = scenario.task.base
-        robot = load_robot(scenario.robot)
+        robot = load_robot(scenario.robot, Equipped)
         off = [k for k in ("laser", "bumper") if not getattr(scenario.sensors, k).enabled]
         robot = robot.model_copy(update=dict.fromkeys(off))
         self._platform = Platform(

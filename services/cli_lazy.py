@@ -16,6 +16,7 @@ COMMANDS = {
     "run": "services.cli_run:run",
     "replay": "services.cli_replay:replay",
     "tune": "services.cli_replay:tune",
+    "trials": "services.cli_trials:trials",
     "disturb": "services.cli_requests:disturb",
     "watch": "services.watch:watch",
     "doctor": "services.doctor:doctor",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from deploy.robot import robot_kind
 from services.service import Service
 from services.topics import SERVICES
 from sim.scenario import Scenario, load_scenario
@@ -41,12 +42,17 @@ def build_service(
         from services.observer_service import ObserverService
 
         watched = scenario.task.board if scenario.task.watch_board else None
-        return ObserverService(observer, scenario.robot, watched)
+        box = scenario.task.box is not None
+        return ObserverService(observer, scenario.robot, watched, box)
     if name == "base":
         from services.base_service import BaseService
 
         return BaseService(scenario, restarted)
     if name == "arm":
+        if robot_kind(scenario.robot) == "two_arm":
+            from services.two_arm_service import TwoArmService
+
+            return TwoArmService(scenario, live, restarted)
         from services.arm_service import ArmService
 
         return ArmService(scenario, live, restarted, seed)

@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 M = TypeVar("M")
-DOF = 6  # joints of the arm
 PROGRAM_ENDED = ("finished", "protective_stop")
 """States of the arm in which its program is over."""
 BASE_ENDED = ("finished", "arrived", "docked", "aborted")
@@ -25,7 +24,6 @@ BASE_ENDED = ("finished", "arrived", "docked", "aborted")
 
 __all__ = [
     "BASE_ENDED",
-    "DOF",
     "PROGRAM_ENDED",
     "ArmCommand",
     "ArmState",
@@ -41,6 +39,7 @@ __all__ = [
     "Health",
     "Imu",
     "Message",
+    "ObjectEstimate",
     "Odometry",
     "Scan",
     "Tick",
@@ -99,13 +98,21 @@ class Message:
 
 @_message
 class ArmState(Message):
-    """Joints and wrist load cell of the arm."""
+    """Joints and load cells of the arm; of two arms, first the left one's, then the right one's."""
 
-    q: Array = array(DOF, unit="rad", lo=-10, hi=10)
-    qd: Array = array(DOF, unit="rad/s", lo=-100, hi=100)
-    tau: Array = array(DOF, unit="N m", lo=-1000, hi=1000)
-    wrench: Array = array(6, unit="N, N m", lo=-1e4, hi=1e4)
-    """Force [N] then moment [N m] of the world on the tool, in the load cell's frame T."""
+    q: Array = array(None, unit="rad", lo=-10, hi=10)
+    qd: Array = array(None, unit="rad/s", lo=-100, hi=100)
+    tau: Array = array(None, unit="N m", lo=-1000, hi=1000)
+    wrench: Array = array(None, unit="N, N m", lo=-1e4, hi=1e4)
+    """Force [N] then moment [N m] of the world on the tool, in the load cell's frame; six values
+    a cell."""
+
+    def of(self, joints: int, cells: int) -> bool:
+        """Whether it is of a robot with so many joints and load cells."""
+        return (
+            self.q.shape == self.qd.shape == self.tau.shape == (joints,)
+            and len(self.wrench) == 6 * cells
+        )
 
 
 @_message
@@ -139,7 +146,12 @@ class Imu(Message):
 class ArmCommand(Message):
     """Joint torques [N m], computed from the arm state of instant ``t``."""
 
-    tau: Array = array(DOF, unit="N m", lo=-1000, hi=1000)
+    tau: Array = array(None, unit="N m", lo=-1000, hi=1000)
+    """In the order of ``ArmState.q``."""
+
+    def of(self, joints: int) -> bool:
+        """Whether it is for a robot with so many joints."""
+        return self.tau.shape == (joints,)
 
 
 @_message
@@ -239,6 +251,28 @@ class BoardEstimate(Message):
 
 
 @_message
+class ObjectEstimate(Message):
+    """Where the observer believes a named object to be in odometry's frame at instant ``t``."""
+
+    p: Array = array(3, unit="m", lo=-1e5, hi=1e5)
+    """p_OX."""
+    R: Array = array(3, 3, unit="1", lo=-1.001, hi=1.001)
+    """R_OX."""
+    covariance: Array = array(6, 6, unit="m^2, rad^2")
+    """Of position and of a small rotation along axes of O, relative to the platform."""
+    name: str = ""
+    """Of the object X."""
+    held: bool = False
+    """It is between two palms and goes where they go."""
+    age: float = number("s", 0.0, default=0.0)
+    """Of the newest sighting that was used."""
+    taken: int = 0
+    """Sightings used since the start, ..."""
+    refused: int = 0
+    """... and refused."""
+
+
+@_message
 class ArmStatus(Message):
     """What the arm is doing, and how far it is from its limits."""
 
@@ -317,8 +351,8 @@ class Truth(Message):
     pose: Array = array(3, unit="m, m, rad")
     velocity: Array = array(3, unit="m/s, m/s, rad/s")
     acceleration: Array = array(3, unit="m/s^2, m/s^2, rad/s^2")
-    q: Array = array(DOF, unit="rad")
-    qd: Array = array(DOF, unit="rad/s")
+    q: Array = array(None, unit="rad")
+    qd: Array = array(None, unit="rad/s")
     tip: Array = array(3, unit="m")
     """Pen tip p_ST_S in the board's frame [m]; z is the distance in front of the board."""
     force: float = number("N", -1e5, 1e5)
@@ -332,6 +366,11 @@ class Truth(Message):
     """Names of the disturbances acting at ``t``."""
     clearance: float = number("m", -1e3, 1e3, default=1e3)
     """From the platform's edge to the nearest obstacle; negative where they overlap."""
+    bodies: dict[str, list[float]] = field(default_factory=dict)
+    """X_WX of bodies worth knowing, by name: x, y, z [m], then w, x, y, z of the rotation as a
+    unit quaternion."""
+    forces: dict[str, list[float]] = field(default_factory=dict)
+    """Contact force on bodies by name, in W: x, y, z [N]."""
 
 
 @_message

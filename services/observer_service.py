@@ -5,17 +5,20 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from deploy.robot import load_robot
+from deploy.robot import MobileBase, load_robot
 from deploy.task import BoardPose
 from observer.baselines import TruthReference
 from observer.board_frame import BoardFrame
 from observer.observer import make_observer
+from services.object_watch import watch_of
 from services.service import Inbox, Outbox, Reply
 from services.topics import (
+    ARM_STATE,
     BASE_COMMAND,
     BOARD,
     ESTIMATE,
     IMU,
+    OBJECT,
     ODOMETRY,
     TRUTH,
     VISION,
@@ -30,15 +33,20 @@ class ObserverService:
     period = 0.002
     verbs: tuple[str, ...] = ()
 
-    def __init__(self, kind: str, robot: str, board: BoardPose | None = None) -> None:
+    def __init__(
+        self, kind: str, robot: str, board: BoardPose | None = None, box: bool = False
+    ) -> None:
         # not every task wants its board moved under the arm by what a camera sees
         self._board = None if board is None else BoardFrame((board.x, board.y, board.yaw))
-        self._observer = make_observer(kind, load_robot(robot))
+        self._observer = make_observer(kind, load_robot(robot, MobileBase))
         # truth is for reference runs alone: no other kind so much as subscribes to it
         self._truth = self._observer if isinstance(self._observer, TruthReference) else None
         self.inputs: tuple[Topic, ...] = (ODOMETRY, IMU, BASE_COMMAND)
         if self._board is not None:
             self.inputs += (VISION,)
+        self._watch = watch_of(robot, box)
+        if self._watch is not None:
+            self.inputs += (VISION, ARM_STATE)
         if self._truth is not None:
             self.inputs += (TRUTH,)
         self._state = ("starting", "")
@@ -56,6 +64,9 @@ class ObserverService:
         if self._board is not None:
             board = self._board.step(estimate, inbox.new(VISION))
             out += [] if board is None else [(BOARD, board)]
+        if self._watch is not None:
+            seen = self._watch.step(estimate, inbox.new(VISION), inbox.latest(ARM_STATE))
+            out += [] if seen is None else [(OBJECT, seen)]
         return out
 
     def prepare(self, verb: str, args: dict[str, Any]) -> Callable[[], Reply]:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from arm.hds import Finding, Program, Registry
 
-OWNERS = ("arm", "platform")
+OWNERS = ("arm", "two_arms", "platform")
 
 _INTERFACE = re.compile(r"^\s*INTERFACE\s*=\s*(\w+)", re.MULTILINE)
 
@@ -32,7 +32,7 @@ class Kind:
 
 
 def kind_of(file: Path) -> Kind:
-    """The kind of a program: the platform's if its header says ``INTERFACE = platform;``.
+    """The kind of a program: of the owner in its header, ``INTERFACE = platform;``, else the arm's.
 
     A file that cannot be read is the arm's: whoever reads it next says what is wrong.
     """
@@ -41,7 +41,7 @@ def kind_of(file: Path) -> Kind:
     except OSError:
         text = ""
     found = _INTERFACE.search(text)
-    return kind("platform" if found is not None and found[1] == "platform" else "arm")
+    return kind(found[1] if found is not None and found[1] in OWNERS else "arm")
 
 
 def kind(owner: str) -> Kind:
@@ -55,6 +55,11 @@ def kind(owner: str) -> Kind:
         from arm.nodes.build import unusable
 
         return Kind(owner, REGISTRY, lambda program: unusable(REGISTRY, program))
+    if owner == "two_arms":
+        from arm.grasping.nodes import REGISTRY as GRASPING
+        from arm.nodes.build import unusable
+
+        return Kind(owner, GRASPING, lambda program: unusable(GRASPING, program))
     if owner == "platform":
         from base.nodes import REGISTRY as TYPES
         from base.nodes import build

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, ClassVar
 
+from deploy.robot import robot_kind
 from services import messages as m
 from services.service import Inbox, Outbox, Reply
 from services.topics import (
@@ -21,14 +22,15 @@ from services.topics import (
 )
 from sim.disturbance import disturbance_from
 from sim.scenario import Scenario
-from sim.simulator import Simulator
+from sim.simulator import JOINTS, Simulator
+from sim.two_arm_simulator import JOINTS as TWO_ARM_JOINTS
+from sim.two_arm_simulator import TwoArmSimulator
 
 
 class SimService:
-    """The simulated robot."""
+    """The simulated robot, of whichever kind the scenario's robot is."""
 
     name = "sim"
-    period = 0.001
     inputs: tuple[Topic, ...] = (ARM_COMMAND, BASE_COMMAND)
     verbs: tuple[str, ...] = ("disturb",)
     _topic: ClassVar[dict[type[m.Message], Topic]] = {
@@ -42,13 +44,22 @@ class SimService:
     }
 
     def __init__(self, scenario: Scenario, seed: int) -> None:
-        self.simulator = Simulator(scenario, seed)
+        two_armed = robot_kind(scenario.robot) == "two_arm"
+        self.simulator: Simulator | TwoArmSimulator = (
+            TwoArmSimulator(scenario, seed) if two_armed else Simulator(scenario, seed)
+        )
+        self.period = self.simulator.period
+        self._joints = TWO_ARM_JOINTS if two_armed else JOINTS
+        self._refused = 0
         self._now = 0.0
 
     def step(self, now: float, inbox: Inbox) -> Outbox:
-        """Publish what the robot senses at ``now``, then advance it by 1 ms."""
+        """Publish what the robot senses at ``now``, then advance it by its period."""
         self._now = now
         arm, base = inbox.latest(ARM_COMMAND), inbox.latest(BASE_COMMAND)
+        if arm is not None and not arm.of(self._joints):
+            self._refused = len(arm.tau)
+            arm = None  # as good as silence: the motors brake
         return [(self._topic[type(x)], x) for x in self.simulator.step(now, arm, base)]
 
     def prepare(self, verb: str, args: dict[str, Any]) -> Callable[[], Reply]:
@@ -56,6 +67,7 @@ class SimService:
         options = dict(args)
         kind = str(options.pop("kind", ""))
         made = disturbance_from(kind, options, self._now)
+        self.simulator.refuse(made)
 
         def act() -> Reply:
             begun = self.simulator.disturb(made, self._now)
@@ -64,5 +76,7 @@ class SimService:
         return act
 
     def state(self) -> tuple[str, str]:
-        """Running, and what disturbs it."""
+        """Running, and what is wrong with what it is told."""
+        if self._refused:
+            return "running", f"refused a command of {self._refused} torques, not {self._joints}"
         return "running", ""

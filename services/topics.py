@@ -55,6 +55,7 @@ ARM_COMMAND = Topic("arm/command", m.ArmCommand, "arm", 1000, 0.05, control=True
 BASE_COMMAND = Topic("base/command", m.BaseCommand, "base", 20, 0.1, control=True, depth=8)
 ESTIMATE = Topic("observer/estimate", m.Estimate, "observer", 500, 0.05, control=True, log_rate=200)
 BOARD = Topic("observer/board", m.BoardEstimate, "observer", 50, 0.5)
+OBJECT = Topic("observer/object", m.ObjectEstimate, "observer", 125, 0.5)
 ARM_STATUS = Topic("arm/status", m.ArmStatus, "arm", 50, 0.5)
 BASE_STATUS = Topic("base/status", m.BaseStatus, "base", 20, 0.5)
 TRUTH = Topic("sim/truth", m.Truth, "sim", 200, 0.5)
@@ -74,6 +75,7 @@ _ALL: tuple[Topic[Any], ...] = (
     BASE_COMMAND,
     ESTIMATE,
     BOARD,
+    OBJECT,
     ARM_STATUS,
     BASE_STATUS,
     TRUTH,

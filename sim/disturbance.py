@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal, get_args
 
 from pydantic import Field, TypeAdapter, ValidationError
@@ -13,6 +13,34 @@ from deploy.task import Documented
 
 Direction = Annotated[float, Field(ge=-360, le=360)]
 Sensor = Literal["odometry", "imu", "laser", "vision", "bumper"]
+Body = Literal[
+    "platform",
+    "link1",
+    "link2",
+    "link3",
+    "link4",
+    "link5",
+    "link6",
+    "torso",
+    "left_link1",
+    "left_link2",
+    "left_link3",
+    "left_link4",
+    "left_link5",
+    "left_link6",
+    "left_link7",
+    "left_palm",
+    "right_link1",
+    "right_link2",
+    "right_link3",
+    "right_link4",
+    "right_link5",
+    "right_link6",
+    "right_link7",
+    "right_palm",
+    "box",
+]
+"""What can be pushed, on one robot or another."""
 
 
 class Timed(Documented):
@@ -32,17 +60,17 @@ class Timed(Documented):
 
 
 class Push(Timed):
-    """A horizontal force on the platform or on an arm link, at its centre of mass."""
+    """A horizontal force on the platform, an arm link or the box, at its centre of mass."""
 
     kind: Literal["push"] = "push"
     duration: Annotated[float, Field(gt=0, le=60)] = 0.2
     """[s]"""
-    force: Annotated[float, Field(ge=0, le=2000)]
+    force: Annotated[float, Field(ge=0, le=5000)]
     """Magnitude [N]."""
     direction: Direction = 0.0
     """Towards, from x of the world counter-clockwise [deg]."""
-    on: Literal["platform", "link1", "link2", "link3", "link4", "link5", "link6"] = "platform"
-    """What is pushed."""
+    on: Body = "platform"
+    """What is pushed; the robot must have it."""
 
 
 class Bump(Timed):
@@ -193,6 +221,16 @@ def disturbance_from(kind: str, options: Mapping[str, Any], now: float) -> Timed
         listing = "\n".join(f"  {name}: {text}" for name, text in allowed.items())
         raise ValueError(f"{kind}: {'; '.join(findings)}. Allowed:\n{listing}") from None
     return made
+
+
+def refuse_absent(disturbance: Timed, bodies: Sequence[str]) -> None:
+    """Refuse to push what is not there.
+
+    Raises:
+        ValueError: ``bodies``, which the text lists, have none of that name.
+    """
+    if isinstance(disturbance, Push) and disturbance.on not in bodies:
+        raise ValueError(f"push: no {disturbance.on!r} here. Known: {', '.join(bodies)}")
 
 
 def near(name: str, known: Mapping[str, Any] | list[str]) -> str:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from deploy.robot import Robot
+from deploy.robot import MobileBase
 from services.messages import BaseCommand
 from sim.draws import normal_rows
 
@@ -20,10 +20,6 @@ BRAKE_LAG = 0.005
 """Time constant of the last bit of that braking [s]."""
 HOLDING = (60.0, 60.0, 20.0)
 """What the wheels of a standing platform hold along x, y [N] and about the vertical [N m]."""
-GRIP_LAG = 0.002
-"""Time constant with which wheels that cannot roll sideways stop what moves them so [s] ..."""
-GRIP = 6.0
-"""... as long as that takes no more than this acceleration [m/s^2]."""
 STANDSTILL = 1e-3
 """Speed below which the drive takes the platform for standing [m/s, rad/s]."""
 
@@ -33,8 +29,6 @@ ZERO = [0.0, 0.0, 0.0]
 
 class Drive:
     """Force of the drive on the platform, and the floor's roughness under it.
-
-    The wheels of a differential drive do not roll sideways; they hold against it.
 
     Args:
         robot: description (limits).
@@ -51,7 +45,7 @@ class Drive:
 
     def __init__(
         self,
-        robot: Robot,
+        robot: MobileBase,
         inertia: Array,
         lag: float,
         roughness: Array,
@@ -59,12 +53,12 @@ class Drive:
         rng: np.random.Generator,
         dt: float,
     ) -> None:
-        self._differential = robot.chassis.drive == "differential"
         self._speed = robot.platform.speed_limit
         self._acceleration = robot.platform.acceleration_limit
         self._inertia = inertia.tolist()
         self._lag = lag
         self.standing = True
+        self._dt = dt
         self._rough: list[float] = (roughness * rng.standard_normal(3)).tolist()
         self._keep = math.exp(-dt / correlation)
         self._kicks = normal_rows(rng, math.sqrt(1.0 - self._keep * self._keep) * roughness)
@@ -81,10 +75,7 @@ class Drive:
         """
         silent = command is None or now - command.t > WATCHDOG
         wanted = ZERO if silent or command is None else command.velocity.tolist()
-        kicks = next(self._kicks).tolist()
-        rough = self._rough = [
-            self._keep * was + kick for was, kick in zip(self._rough, kicks, strict=True)
-        ]
+        rough = self._roughness()
         vx, vy, w = velocity
         fastest = max(abs(vx), abs(vy), abs(w))
         self.standing = fastest < STANDSTILL and not any(wanted)
@@ -97,9 +88,15 @@ class Drive:
             a = clamp(error / lag, self._acceleration[i])
             a += turning[i]
             force.append(self._inertia[i] * (a + rough[i] if driving else a))
-        if self._differential:  # whatever the command says, and however rough the floor
-            force[1] = self._inertia[1] * (clamp(-vy / GRIP_LAG, GRIP) + turning[1])
         return force
+
+    def _roughness(self) -> list[float]:
+        """The next of the floor's disturbances, in B [m/s^2, m/s^2, rad/s^2]."""
+        kicks = next(self._kicks).tolist()
+        self._rough = [
+            self._keep * was + kick for was, kick in zip(self._rough, kicks, strict=True)
+        ]
+        return self._rough
 
 
 def clamp(x: float, limit: float) -> float:

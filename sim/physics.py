@@ -36,6 +36,9 @@ class Physics:
         X_WS: true pose of the board, rotation (3, 3) and position (3,).
     """
 
+    bodies = ("platform", "link1", "link2", "link3", "link4", "link5", "link6")
+    """What can be pushed."""
+
     def __init__(self, name: str, world: World, rng: np.random.Generator) -> None:
         self.robot: Robot
         self.robot, self._skeleton = load_skeleton(name)

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Annotated, Literal, get_args
+from typing import Annotated, Literal, TypeVar, get_args
 
 from pydantic import Field, PrivateAttr, field_validator
 
-from deploy.robot import NonNegative, Positive, Robot
-from deploy.task import BoardPose, Documented, Metres, Pose2, Task, find_program
+from deploy.robot import MobileBase, NonNegative, Positive, Vector3
+from deploy.task import Angle, BoardPose, Documented, Metres, Pose2, Task, find_program
 from deploy.tomlfile import BadFile, load_toml
 from sim.disturbance import Disturbance, near
 from sim.obstacle_specs import Obstacle
@@ -35,6 +35,7 @@ Fraction = Annotated[float, Field(ge=0, le=0.9)]
 Probability = Annotated[float, Field(ge=0, le=1)]
 Slope = Annotated[float, Field(ge=-0.3, le=0.3)]
 Nonnegative3 = tuple[NonNegative, NonNegative, NonNegative]
+R = TypeVar("R", bound=MobileBase)
 
 
 # --- the world ------------------------------------------------------------------------------
@@ -70,12 +71,65 @@ class Mismatch(Documented):
     """Correlation time of the roughness [s]."""
 
 
+class Table(Documented):
+    """A table's top, 4 cm thick; its legs are in nobody's way."""
+
+    x: Metres = 0.0
+    """Of its middle in W [m]."""
+    y: Metres = 0.0
+    """[m]"""
+    yaw: Angle = 0.0
+    """Turn about the vertical [rad]."""
+    size: tuple[Positive, Positive] = (0.7, 1.4)
+    """Depth along its x, width along its y [m]."""
+    height: Positive = 0.75
+    """Of the top above the floor [m]."""
+
+
+class Box(Documented):
+    """A free box on the table; frame X in its middle, x from front to back, y along its width."""
+
+    x: Metres = 0.0
+    """X_WX at the start [m]."""
+    y: Metres = 0.0
+    """[m]"""
+    yaw: Angle = 0.0
+    """Turn about the vertical [rad]; 0 has its front towards -x of W."""
+    on_side: bool = False
+    """Rolled by a quarter turn about its x: the y side is then upright."""
+    size: tuple[Positive, Positive, Positive] = (0.203, 0.279, 0.178)
+    """Along x, y, z of X [m]."""
+    mass: Positive = 1.5
+    """[kg]"""
+    friction: Annotated[float, Field(ge=0, le=2)] = 0.6
+    """Coulomb friction coefficient against palms and table [1]."""
+    com: Vector3 = (0.0, 0.0, 0.0)
+    """Centre of mass in X [m]."""
+
+
+class Start(Documented):
+    """Where the platform starts, drawn by seed: around the box, or the table if there is none."""
+
+    distance: tuple[Positive, Positive] = (2.0, 2.5)
+    """From the box, between these [m]."""
+    bearing: tuple[Angle, Angle] = (-1.0, 1.0)
+    """As seen from the box, counter-clockwise from straight in front of it, between these [rad]."""
+    heading: tuple[Angle, Angle] = (-0.3, 0.3)
+    """Off looking at the box, between these [rad]."""
+
+
 class World(Documented):
     """The truth, which only the simulation sees."""
 
     board: Board = Board()
     platform_start: Pose2 = (0.0, 0.0, 0.0)
     """X_WB at t = 0: x, y [m], heading [rad]; odometry starts there as well."""
+    start: Start | None = None
+    """Draw the start of a two-armed robot instead of ``platform_start``."""
+    table: Table = Table()
+    """For a two-armed robot."""
+    box: Box | None = None
+    """For a two-armed robot; none there if not given."""
     floor_tilt: tuple[Slope, Slope] = (0.0, 0.0)
     """Rise of the floor along x and y of W [rad]; the accelerometer notices, the platform stays."""
     friction_pen: Annotated[float, Field(ge=0, le=2)] = 0.3
@@ -181,6 +235,10 @@ class VisionSensor(Documented):
     """Of position [m] and rotation [rad] at distance zero, standard deviation."""
     noise_per_metre: tuple[NonNegative, NonNegative] | None = None
     """What each metre of distance adds [m/m], [rad/m]."""
+    noise_per_metre_squared: tuple[NonNegative, NonNegative] | None = None
+    """What the distance squared adds [m/m^2], [rad/m^2]; of a two-armed robot."""
+    correlation: NonNegative | None = None
+    """Time over which the error stays alike [s]; of a two-armed robot."""
     dropout: Probability = 0.0
     """Share of sightings lost at random."""
 
@@ -195,7 +253,7 @@ class Sensors(Documented):
     bumper: BumperSensor = BumperSensor()
     vision: VisionSensor = VisionSensor()
 
-    def overlay(self, robot: Robot) -> Robot:
+    def overlay(self, robot: R) -> R:
         """The robot with the rates, delays and noise of this world's sensors."""
         changed = {}
         for name in type(self).model_fields:

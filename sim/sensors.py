@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from deploy.robot import Robot
+from deploy.robot import MobileBase
 from services.messages import Imu, Message, Odometry
 from sim.effects import GRAVITY, Effects
 from sim.scenario import Sensors
@@ -119,7 +119,7 @@ class OdometrySensor:
         rng: source of noise.
     """
 
-    def __init__(self, robot: Robot, sensors: Sensors, rng: np.random.Generator) -> None:
+    def __init__(self, robot: MobileBase, sensors: Sensors, rng: np.random.Generator) -> None:
         self._enabled = sensors.odometry.enabled
         self._noise = np.array(sensors.odometry.noise)
         self._resolution = robot.odometry.resolution
@@ -166,7 +166,7 @@ class ImuSensor:
 
     def __init__(
         self,
-        robot: Robot,
+        robot: MobileBase,
         sensors: Sensors,
         noise_factor: float,
         rng: np.random.Generator,

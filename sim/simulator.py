@@ -14,7 +14,8 @@ from services.messages import (
     Message,
     Truth,
 )
-from sim.disturbance import Timed
+from sim.differential_drive import DifferentialDrive
+from sim.disturbance import Timed, refuse_absent
 from sim.draws import normal_rows
 from sim.drive import HOLDING, Drive
 from sim.effects import effects_at
@@ -31,6 +32,7 @@ BRAKE = 300.0
 """Coulomb friction of an engaged brake [N m]."""
 ROLLING = (0.0, 0.0, 0.0)
 """Friction the drive of a moving platform does not make up for [N, N, N m]."""
+JOINTS = 6
 TRUTH_EVERY = 5
 """Ticks between truth messages."""
 NO_TORQUE = np.zeros(6)
@@ -42,7 +44,13 @@ class Simulator:
     Args:
         scenario: world, sensors and timeline of disturbances.
         seed: of everything random; equal seeds give bit-identical runs.
+
+    Raises:
+        BadFile: another kind of robot, or none of that name.
+        ValueError: the timeline pushes what is not there.
     """
+
+    period = DT
 
     def __init__(self, scenario: Scenario, seed: int) -> None:
         streams = [np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(8)]
@@ -50,7 +58,8 @@ class Simulator:
         robot = scenario.sensors.overlay(self.physics.robot)
         drawn = self.physics.drawn
         mismatch = scenario.world.mismatch
-        self._drive = Drive(
+        kind = DifferentialDrive if robot.chassis.drive == "differential" else Drive
+        self._drive = kind(
             robot,
             self.physics.drive_inertia(),
             drawn.lag,
@@ -66,7 +75,10 @@ class Simulator:
         self._mass = float(self.physics.drive_inertia()[0])
         noise = [robot.load_cell.force_noise] * 3 + [robot.load_cell.moment_noise] * 3
         self._load_cell_noise = normal_rows(streams[4], drawn.noise * np.array(noise))
-        self._timeline: list[Timed] = list(scenario.disturbance)
+        self._timeline: list[Timed] = []
+        for disturbance in scenario.disturbance:
+            self.refuse(disturbance)
+            self._timeline.append(disturbance)
         self._resolution = robot.arm.encoder_resolution
         self._count_rate = self._resolution / DT
         self._counts = self._encoders()
@@ -77,6 +89,10 @@ class Simulator:
         self._force = 0.0
         self._recent: list[list[float]] = []
         self._set_brakes(True)
+
+    def refuse(self, disturbance: Timed) -> None:
+        """Raise ValueError for a push on what is not there."""
+        refuse_absent(disturbance, self.physics.bodies)
 
     def disturb(self, disturbance: Timed, now: float) -> Timed:
         """Add a disturbance to the timeline."""

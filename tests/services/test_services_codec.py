@@ -115,3 +115,30 @@ def test_no_mutilated_message_raises_anything_else(data: st.DataObject) -> None:
         decode(topics.ODOMETRY, bytes(payload))
     except BadMessage as error:
         assert error.reason
+
+
+@pytest.mark.parametrize(("joints", "cells"), [(6, 1), (14, 2)])
+def test_an_arm_state_tells_whose_it_is(joints: int, cells: int) -> None:
+    """One arm's or two arms' come through the wire; each fits its own robot alone."""
+    n = np.zeros(joints)
+    state = m.ArmState(1.0, n, n, n, np.zeros(6 * cells))
+    _, back = decode(topics.ARM_STATE, encode("sim", 1, state))
+    assert back.of(joints, cells)
+    assert not back.of(20 - joints, 3 - cells)
+    assert not m.ArmState(1.0, n, n[1:], n, np.zeros(6 * cells)).of(joints, cells)
+    _, command = decode(topics.ARM_COMMAND, encode("arm", 1, m.ArmCommand(1.0, n)))
+    assert command.of(joints) and not command.of(20 - joints)
+
+
+def test_truth_names_bodies_and_refuses_what_is_no_number() -> None:
+    """Poses by name survive the wire; text in one does not."""
+    zero, six = np.zeros(3), np.zeros(6)
+    truth = m.Truth(
+        1.0, zero, zero, zero, six, six, zero, 0.0,
+        bodies={"box": [0.0, 0.0, 0.8, 1.0, 0.0, 0.0, 0.0]},
+    )  # fmt: skip
+    payload = encode("sim", 1, truth)
+    assert decode(topics.TRUTH, payload)[1].bodies == truth.bodies
+    envelope = msgpack.unpackb(payload)
+    envelope["body"]["bodies"]["box"][0] = "left"
+    assert _refusal(msgpack.packb(envelope), topics.TRUTH) == "type"

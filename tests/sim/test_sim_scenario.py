@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from deploy.robot import load_robot
+from deploy.robot import Equipped, load_robot
 from deploy.task import BoardPose
 from deploy.tomlfile import BadFile
 from sim.disturbance import KINDS, Bias, Push, describe, disturbance_from
@@ -21,7 +21,7 @@ def test_shipped_scenario_loads(name: str) -> None:
     scenario = load_scenario(name)
     assert scenario.name == name
     assert scenario.description
-    load_robot(scenario.robot)
+    load_robot(scenario.robot, Equipped)
 
 
 def test_believed_board_is_the_true_one_by_default() -> None:
@@ -131,7 +131,7 @@ def test_bias_stays_and_knows_its_axis() -> None:
     ("kind", "options", "words"),
     [
         ("shove", {}, ["Known: push, bump"]),
-        ("push", {}, ["'force' is missing", "0 to 2000"]),
+        ("push", {}, ["'force' is missing", "0 to 5000"]),
         ("push", {"force": "much"}, ["force = 'much'"]),
         ("push", {"force": "nan"}, ["force", "finite"]),
         ("push", {"force": 1, "onn": "link1"}, ["no option 'onn' (did you mean 'on'", "link6"]),

@@ -1,0 +1,440 @@
+"""Runs a program on two arms: reads state, estimates, steps the node, returns torques.
+
+States: ``idle`` (joints held), ``running``, ``paused``, ``safe_hold`` (an input failed: what is
+held stays held, waiting to be resumed), ``protective_stop`` (a limit was left: a person resets) and
+``finished``. Whatever happens, a box between the palms is not let go of by itself.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import PurePath
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arm.grasping.feel import Feel
+from arm.grasping.hands import Hands, Move
+from arm.grasping.law import Gains, Law
+from arm.grasping.limits import Limits
+from arm.grasping.model import JOINTS, Palms, TwoArmModel
+from arm.grasping.nodes import Control, Step, build
+from arm.grasping.nodes.carrying import carried
+from arm.grasping.nodes.node import quantities
+from arm.grasping.regions import Regions
+from arm.grasping.scene import BoxPlace, Scene, box_in_platform
+from arm.hds import ABORT, Automaton, Program
+from arm.platform_motion import PlatformMotion
+from services.messages import ArmCommand, ArmState, ArmStatus, Estimate, ObjectEstimate
+
+Array = NDArray[np.float64]
+
+LONGEST_TICK = 0.05
+"""After a gap in the arms' state longer than this everything starts anew [s]."""
+STATUS_PERIOD = 0.02
+"""[s]"""
+BOX_AGE = 0.3
+"""A message about the box older than this is none [s]."""
+BOX_SD = 0.15
+"""A box known no better than this is not known [m]."""
+STIFFNESS = 4.0
+"""Of joints that are held [1/s]."""
+
+
+class GraspExecutive:
+    """The process of two arms without its process.
+
+    Args:
+        robot: name of the robot's folder in deploy/robots.
+        size: of the box along x, y, z of X, as the task states it [m].
+        gains: of the torque law.
+    """
+
+    def __init__(
+        self, robot: str, size: tuple[float, float, float], gains: Gains | None = None
+    ) -> None:
+        self.model = TwoArmModel(robot)
+        arms = self.model.robot.arms
+        self.hands = Hands(np.array(arms.rest), self.model.q_lower, self.model.q_upper)
+        self.feel = Feel()
+        self.regions = Regions()
+        self._law = Law(self.model, gains)
+        self._limits = Limits(self.model)
+        self._size = np.array(size)
+        self._half_palm = 0.5 * np.array(self.model.robot.palms.size)
+        self.state = "idle"
+        self.reason = ""
+        self._automaton: Automaton | None = None
+        self._node: Control | None = None
+        self._step = Step()
+        self._platform = PlatformMotion()
+        self._seen: ObjectEstimate | None = None
+        self._placed = False
+        self._t: float | None = None
+        self._held_at: Array | None = None
+        self._holding = False
+        self._lifted = False
+        self._event = ""
+        self._note = ""
+        self._cause = ""  # of the newest event that had one: why a program ended as it did
+        self._in_node = 0.0
+        self._start_node = False
+        self._new_node = False
+        self._goals = 0
+        self._status_due = 0.0
+        self._changed = False
+
+    # --- requests: each raises ValueError with the reason when it cannot be granted -----------
+
+    def start(self, program: Program) -> None:
+        """Run a checked program from its initial node.
+
+        Raises:
+            ValueError: a program is running or interrupted, the arms are stopped, there is no
+                estimate, or a node cannot be made of its parameters.
+        """
+        if self.state not in ("idle", "finished"):
+            raise ValueError(f"the arms are {self.state}{self._because()}")
+        if self._platform.problem:
+            raise ValueError(f"no valid estimate yet: {self._platform.problem}")
+        for node in program.nodes.values():
+            if not node.terminal:
+                build(node, program)
+        self._automaton = Automaton(program)
+        self._automaton.start()
+        self._event, self._note, self._cause = "start", "", ""
+        self._go("running", "")
+        self._start_node = True
+
+    @property
+    def sees(self) -> bool:
+        """Whether there is a usable estimate of the platform."""
+        return self._t is not None and not self._platform.problem
+
+    def pause(self) -> None:
+        """Hold still, with what is held.
+
+        Raises:
+            ValueError: no program is running.
+        """
+        if self.state != "running":
+            raise ValueError(f"no program is running: the arms are {self.state}")
+        self._interrupt("paused", "asked to pause")
+
+    def resume(self) -> None:
+        """Enter the node anew in which the program was interrupted.
+
+        Raises:
+            ValueError: nothing to resume, or the cause of the interruption is still there.
+        """
+        if self.state not in ("paused", "safe_hold"):
+            raise ValueError(f"nothing to resume: the arms are {self.state}{self._because()}")
+        if self._platform.problem:
+            raise ValueError(f"cannot resume yet: {self._platform.problem}")
+        self._start_node = self._automaton is not None
+        self._event = "resume"
+        self._go("running" if self._start_node else "idle", "")
+
+    def jump(self, node: str) -> None:
+        """Let an interrupted program go on in another of its nodes once it is resumed.
+
+        Raises:
+            ValueError: the program is not interrupted, or has no such node.
+        """
+        automaton = self._halted()
+        if node not in automaton.program.nodes:
+            known = ", ".join(automaton.program.nodes)
+            raise ValueError(f"there is no node {node!r} to jump to; there are: {known}")
+        automaton.reset(node)
+        self._event = "jump"
+        self._go(self.state, f"goes on in {node}")
+
+    def follow(self, event: str) -> None:
+        """Let an interrupted program go on, once resumed, as if its node had raised an event.
+
+        Raises:
+            ValueError: as for ``jump``, or the node does not handle the event.
+        """
+        automaton = self._halted()
+        if event not in (*automaton.events, ABORT):
+            known = ", ".join((*automaton.events, ABORT))
+            raise ValueError(
+                f"{automaton.node.name} does not handle {event!r}; it handles: {known}"
+            )
+        automaton.fire(event)
+        self._event = event
+        self._go(self.state, f"goes on in {automaton.node.name}")
+
+    def signal(self, name: str) -> None:
+        """Tell the program of an event outside it.
+
+        Raises:
+            ValueError: always; no node type of two arms waits for one.
+        """
+        raise ValueError(f"no node waits for an event {name!r}")
+
+    def stop(self) -> None:
+        """Give the program up and hold still, with what is held.
+
+        Raises:
+            ValueError: the arms are in protective stop.
+        """
+        if self.state == "protective_stop":
+            raise ValueError(f"the arms are in protective stop: {self.reason}; reset them first")
+        self._let_go_of_program()
+        self._go("idle", "stopped by request")
+
+    def abort(self) -> None:
+        """Go to the program's abort node.
+
+        Raises:
+            ValueError: no program is running or interrupted, or there is no valid estimate.
+        """
+        if self.state not in ("running", "paused", "safe_hold") or self._automaton is None:
+            raise ValueError(f"no program to abort: the arms are {self.state}{self._because()}")
+        if self._platform.problem:
+            raise ValueError(f"cannot go on yet: {self._platform.problem}; stop instead")
+        self._automaton.fire(ABORT)
+        self._event = ABORT
+        self._start_node = True
+        self._go("running", "")
+
+    def protective_stop(self, reason: str) -> None:
+        """Hold still now; only ``reset`` leads out."""
+        if self.state == "protective_stop":
+            return
+        self._let_go_of_program()
+        self._go("protective_stop", reason)
+
+    def reset(self) -> None:
+        """Leave a protective stop, once a person has looked.
+
+        Raises:
+            ValueError: the arms are not stopped.
+        """
+        if self.state != "protective_stop":
+            raise ValueError(f"the arms are {self.state}, not in protective stop")
+        self._go("idle", "")
+
+    def _halted(self) -> Automaton:
+        if self.state not in ("paused", "safe_hold") or self._automaton is None:
+            raise ValueError(f"the arms are {self.state}{self._because()}; pause the program first")
+        return self._automaton
+
+    # --- the tick ---------------------------------------------------------------------------
+
+    def see_box(self, seen: ObjectEstimate | None) -> None:
+        """Take in where the observer believes the box to be, None if it does not know."""
+        self._seen = seen
+
+    def step(
+        self, state: ArmState, estimate: Estimate | None
+    ) -> tuple[ArmCommand, ArmStatus | None]:
+        """Compute the torques for one state of the arms.
+
+        Args:
+            state: newest joint states and load cells.
+            estimate: newest platform estimate, None before the first.
+
+        Returns:
+            The command, and a status when one is due.
+        """
+        dt = self.model.robot.period if self._t is None else state.t - self._t
+        if self._t is None or dt > LONGEST_TICK:
+            dt = self.model.robot.period
+            self._law.reset()
+            if self._t is not None and self.state == "running":
+                self._interrupt("safe_hold", "the arms' own state was late")
+        self._t = state.t
+        problem = self._platform.follow(dt, state.t, self._trusted(estimate))
+        if problem and self.state == "running":
+            self._interrupt("safe_hold", problem)
+        palms = self.model.place(state.q, state.qd)
+        self.feel.step(state.wrench, dt)
+        scene = self._scene(dt, state, palms)
+        self.regions.step(scene, self._lifted)
+        if self.state == "running":
+            self._run(scene)
+        move = self._move(scene)
+        if move.controller is None:
+            if self._held_at is None:
+                self._held_at = state.q.copy()
+            wanted, extra = STIFFNESS * (self._held_at - state.q), np.zeros(JOINTS)
+        else:
+            self._held_at = None
+            wanted, extra = self.hands.execute(move, scene)
+        free = not any(self.feel.touches)
+        hard = float(np.abs(self.feel.pushed).max()) > self.hands.yields.limit
+        tau = self._law.torque(dt, wanted, state.qd, extra, free, hard)
+        violated = self._limits.violated(dt, state.q, state.qd)
+        if violated is not None and self.state != "protective_stop":
+            self.protective_stop(violated)
+        return ArmCommand(t=state.t, tau=tau), self._status(state.t)
+
+    def _trusted(self, estimate: Estimate | None) -> Estimate | None:
+        """The estimate, uncertain as it may be once it has been good.
+
+        Box and platform are seen from the same uncertain place, which cancels: a push that costs
+        the platform its place in O must not cost the hands what they hold.
+        """
+        if estimate is None:
+            return None
+        self._placed = self._placed or estimate.valid
+        return replace(estimate, valid=True) if self._placed else estimate
+
+    def _scene(self, dt: float, state: ArmState, palms: Palms) -> Scene:
+        box: BoxPlace | None = None
+        age = math.inf
+        seen, base = self._seen, self._platform.base
+        if seen is not None and state.t - seen.t <= BOX_AGE:
+            place = box_in_platform(seen, base, self._size)
+            age = seen.age + state.t - seen.t
+            if float(place.sd[:3].max()) <= BOX_SD:
+                box = place
+        return Scene(
+            dt,
+            state.t,
+            palms,
+            self.feel,
+            base,
+            box,
+            age,
+            self._size,
+            self._half_palm,
+        )
+
+    def _move(self, scene: Scene) -> Move:
+        """What the hands do: the node's, or holding still, with what they hold."""
+        if self.state == "running":
+            return self._step.move
+        if self._holding and scene.box is not None and self.feel.both:
+            return carried(self.hands)
+        self._holding = False
+        return Move(None)
+
+    def _run(self, scene: Scene) -> None:
+        """Step the node, follow its events and guards."""
+        self._new_node = False
+        if self._start_node:
+            self._start_node = False
+            self._next_node(scene)
+        if self._node is None:
+            return
+        self._update(scene)
+        if self._guarded(scene):
+            self._update(scene)
+        # what follows takes over within this tick; the language refuses cycles that take no time
+        while self._step.event is not None and self.state == "running":
+            assert self._automaton is not None
+            self._event, self._note = self._step.event, self._step.reason
+            self._cause = self._step.reason or self._cause
+            self._automaton.fire(self._step.event)
+            self._next_node(scene)
+            if self.state == "running":
+                self._update(scene)
+
+    def _update(self, scene: Scene) -> None:
+        assert self._node is not None
+        if self._node.needs_box and scene.box is None:
+            self._interrupt("safe_hold", "the box is not known")
+            return
+        before = self._step.goal
+        step = self._step = self._node.update(scene, self.hands, self.regions)
+        self._lifted = step.lifted
+        if step.goal is None:
+            self._changed |= before is not None
+        elif before is None or (step.goal != before).any():
+            self._goals += 1
+            self._changed = True
+
+    def _guarded(self, scene: Scene) -> bool:
+        """Follow a guard that holds, unless the node is new or has raised an event."""
+        automaton = self._automaton
+        if self.state != "running" or automaton is None or self._new_node:
+            return False
+        self._in_node += scene.dt
+        if self._step.event is not None or not automaton.guards:
+            return False
+        if automaton.check_guards(quantities(scene, self.regions, self._in_node)) is None:
+            return False
+        self._event, self._note = automaton.history[-1].event, ""
+        self._next_node(scene)
+        return self.state == "running"
+
+    def _next_node(self, scene: Scene) -> None:
+        """Enter the automaton's current node."""
+        assert self._automaton is not None
+        self._in_node = 0.0
+        self._new_node = True
+        self._changed = True
+        node = self._automaton.node
+        if self._automaton.finished:
+            self._node = None
+            self._hold(scene)
+            self._go("finished", self._cause or ("" if node.name == "End" else node.name))
+            return
+        self._node = build(node, self._automaton.program)
+        if self._node.needs_box and scene.box is None:
+            self._interrupt("safe_hold", "the box is not known")
+            return
+        self._node.enter(scene, self.hands, self.regions)
+
+    # --- interruptions ----------------------------------------------------------------------
+
+    def _hold(self, scene: Scene | None) -> None:
+        """Keep what is held, where it is."""
+        self._holding = self.feel.both
+        if self._holding and not self._lifted and scene is not None:
+            self.hands.carry.capture(scene)
+            self.hands.roll.capture(scene)
+            self.hands.force.keep(scene)
+        self.hands.carry.speed = 0.0
+        self._step = Step(lifted=self._lifted)
+
+    def _interrupt(self, state: str, reason: str) -> None:
+        """Stop the program where it is, so that it can be resumed."""
+        self._start_node = False
+        self._holding = self._lifted and self.feel.both
+        self.hands.carry.speed = 0.0
+        self._changed |= self._step.goal is not None
+        self._step = Step(lifted=self._lifted)
+        self._go(state, reason)
+
+    def _let_go_of_program(self) -> None:
+        self._holding = self._lifted and self.feel.both
+        self.hands.carry.speed = 0.0
+        self._step = Step(lifted=self._lifted)
+        self._automaton = None
+        self._node = None
+
+    # --- what people see --------------------------------------------------------------------
+
+    def _go(self, state: str, reason: str) -> None:
+        self.state = state
+        self.reason = reason
+        self._changed = True
+
+    def _because(self) -> str:
+        return f" ({self.reason})" if self.reason else ""
+
+    def _status(self, now: float) -> ArmStatus | None:
+        if not self._changed and now + 1e-9 < self._status_due:
+            return None
+        self._changed = False
+        self._status_due = now + STATUS_PERIOD
+        automaton, goal = self._automaton, self._step.goal
+        return ArmStatus(
+            t=now,
+            state=self.state,
+            program=PurePath(automaton.program.path).name if automaton else "",
+            node=automaton.node.name if automaton else "",
+            event=self._event,
+            transitions=automaton.transitions if automaton else 0,
+            reason=self.reason or self._note,
+            force=float(self.feel.force.min()),
+            force_reference=float(self.hands.force.force.min()),
+            joint_margin=self._limits.joint_margin,
+            goal_number=0 if goal is None else self._goals,
+            goal=np.zeros(3) if goal is None else goal,
+        )

@@ -1,0 +1,104 @@
+"""All that a controller of the grasp may know at one tick."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arm.grasping.feel import Feel
+from arm.grasping.model import Palms
+from arm.model import Base
+from services.messages import ObjectEstimate
+
+Array = NDArray[np.float64]
+
+
+@dataclass
+class BoxPlace:
+    """The box as it is believed to be, in B.
+
+    Attributes:
+        p: p_BX [m].
+        R: R_BX, turned so that y is the side of the left palm.
+        velocity: of the box in B, were it at rest in O, shape (3,) [m/s].
+        size: along x, y, z of X [m].
+        sd: of its position along axes of B, shape (3,) [m], and of its yaw [rad], shape (1,).
+    """
+
+    p: Array
+    R: Array
+    velocity: Array
+    size: Array
+    sd: Array
+
+    @property
+    def across(self) -> Array:
+        """Horizontal unit vector from the box to the left palm: the line's direction."""
+        n = np.array([self.R[0, 1], self.R[1, 1], 0.0])
+        return n / max(float(np.linalg.norm(n)), 1e-9)
+
+    @property
+    def along(self) -> Array:
+        """Horizontal unit vector across the line, ahead."""
+        n = self.across
+        return np.array([n[1], -n[0], 0.0])
+
+    @property
+    def tilt(self) -> float:
+        """Angle between its z and the vertical [rad]."""
+        return float(np.arccos(np.clip(self.R[2, 2], -1.0, 1.0)))
+
+
+def box_in_platform(seen: ObjectEstimate, base: Base, size: Array) -> BoxPlace:
+    """The box in B, from where it is in O [m] and how the platform moves."""
+    c, s = np.cos(base.pose[2]), np.sin(base.pose[2])
+    R_BO = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+    p = R_BO @ (seen.p - np.array([base.pose[0], base.pose[1], 0.0]))
+    v = R_BO @ np.array([base.velocity[0], base.velocity[1], 0.0])
+    w = float(base.velocity[2])
+    velocity = -v - np.array([-w * p[1], w * p[0], 0.0])
+    if seen.held:  # it comes along
+        velocity = np.zeros(3)
+    R = R_BO @ seen.R
+    if float(R[:2, 0] @ p[:2]) < 0.0:  # seen from behind, it is its own mirror image
+        R = R @ np.diag([-1.0, -1.0, 1.0])
+    P = seen.covariance
+    variance = np.diag(R_BO @ P[:3, :3] @ R_BO.T)
+    sd = np.sqrt(np.maximum(np.append(variance, P[5, 5]), 0.0))
+    return BoxPlace(p, R, velocity, size, sd)
+
+
+@dataclass
+class Scene:
+    """One tick.
+
+    Attributes:
+        dt: since the last [s].
+        t: robot time [s].
+        palms: kinematics at the measured joints.
+        feel: load cells.
+        base: motion of the platform in O.
+        box: None while it has not been seen, or not for too long.
+        box_age: of the newest sighting [s]; infinite if there never was one.
+        size: of the box as the task states it [m].
+        half_palm: of a palm along x, y, z of P [m].
+    """
+
+    dt: float
+    t: float
+    palms: Palms
+    feel: Feel
+    base: Base
+    box: BoxPlace | None
+    box_age: float
+    size: Array
+    half_palm: Array
+
+    @property
+    def width(self) -> float:
+        """Distance between the palms' faces [m]."""
+        gap = self.palms.p[0] - self.palms.p[1]
+        n = np.array([0.0, 1.0, 0.0]) if self.box is None else self.box.across
+        return float(gap @ n) - 2.0 * float(self.half_palm[1])

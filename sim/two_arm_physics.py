@@ -1,0 +1,255 @@
+"""The DART world of a two-armed robot: robot, table, box; what touches are palms, box and torso.
+
+Traps of dartpy that shape this file: shape nodes must outlive contacts, sleeping must be off for
+measurements, force actuators are not clamped, external forces last one step. Two flat palms on a
+box are redundant contacts: the default solver lifts it cleanly, the one with exact friction cones
+tips it.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import dartpy as dart
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from deploy.robot import TwoArmRobot
+from deploy.skeleton import BOTH, PLATFORM, load_two_arm_skeleton
+from sim.effects import GRAVITY, Effects
+from sim.mismatch import Drawn, apply_two_arm_mismatch
+from sim.scenario import Box, Table, World
+
+Array = NDArray[np.float64]
+
+TABLE_THICKNESS = 0.04
+"""[m]"""
+STEP = 0.004
+"""Longest step of the physics [s]."""
+RUBBER = 1.5
+"""Friction of palms and table, high enough that the box's own decides [1]."""
+
+
+class TwoArmPhysics:
+    """Robot and world, advanced by the period of the robot's arm control.
+
+    Attributes:
+        robot: the description (not the truth).
+        drawn: how this run's robot differs from it.
+        box: whether there is one.
+        bodies: names of what can be pushed.
+    """
+
+    def __init__(
+        self, name: str, world: World, start: tuple[float, float, float], rng: np.random.Generator
+    ) -> None:
+        self.robot: TwoArmRobot
+        self.robot, self._skeleton = load_two_arm_skeleton(name)
+        self.drawn: Drawn = apply_two_arm_mismatch(self._skeleton, self.robot, world.mismatch, rng)
+        self._substeps = math.ceil(self.robot.period / STEP - 1e-9)
+        self._world = dart.simulation.World()
+        self._world.setTimeStep(self.robot.period / self._substeps)
+        self._world.setGravity([0.0, 0.0, -GRAVITY])
+        options = self._world.getDeactivationOptions()
+        options.mEnabled = False
+        self._world.setDeactivationOptions(options)
+        self._world.addSkeleton(self._skeleton)
+        self._world.addSkeleton(_table(world.table))
+        self._box: Any = None
+        if world.box is not None:
+            box = _box(world.box, world.table.height)
+            self._world.addSkeleton(box)
+            self._box = box.getBodyNode(0)
+        self.box = self._box is not None
+        self._palms = [self._skeleton.getBodyNode(link) for link in self.robot.palms.links]
+        self._known = dict(zip(("left_palm", "right_palm"), self._palms, strict=True))
+        if self.box:
+            self._known["box"] = self._box
+        bodies = [b for b in self._skeleton.getBodyNodes() if not b.getName().endswith("_carrier")]
+        self._pushable = {b.getName(): b for b in bodies} | self._known
+        self.bodies = tuple(self._pushable)
+        # held for the life of the world: a contact whose shape node is gone crashes the process
+        self._nodes: list[tuple[Any, str]] = []
+        for index in range(self._world.getNumSkeletons()):
+            for body in self._world.getSkeleton(index).getBodyNodes():
+                self._nodes += [(node, body.getName()) for node in body.getShapeNodes()]
+        for node, body_name in self._nodes:
+            if node.hasCollisionAspect() and body_name != "box":
+                node.getDynamicsAspect().setFrictionCoeff(RUBBER)
+        for joint in self.robot.arms.joints:
+            self._skeleton.getJoint(joint).setLimitEnforcement(True)
+        positions = np.zeros(self._skeleton.getNumDofs())
+        positions[PLATFORM] = start
+        positions[BOTH] = self.robot.arms.rest
+        self._skeleton.setPositions(positions)
+        self._limit = np.array(self.robot.arms.torque_limit * 2)
+        self._forces = np.zeros_like(positions)
+        # what the load cells take out: the weight of the palm as described
+        _, described = load_two_arm_skeleton(name)
+        self._weight = [
+            described.getBodyNode(link).getMass() * GRAVITY for link in self.robot.palms.links
+        ]
+        self.acceleration = np.zeros(3)
+        self.applied = np.zeros(14)
+
+    # --- state ------------------------------------------------------------------------------
+
+    @property
+    def pose(self) -> Array:
+        """X_WB as x, y [m], heading [rad]."""
+        return self._skeleton.getPositions()[PLATFORM]
+
+    @property
+    def velocity(self) -> Array:
+        """V_WB_W, shape (3,)."""
+        return self._skeleton.getVelocities()[PLATFORM]
+
+    @property
+    def q(self) -> Array:
+        """True joint positions, left then right, shape (14,) [rad]."""
+        return self._skeleton.getPositions()[BOTH]
+
+    @property
+    def qd(self) -> Array:
+        """True joint velocities, shape (14,) [rad/s]."""
+        return self._skeleton.getVelocities()[BOTH]
+
+    def drive_inertia(self) -> Array:
+        """What the drive accelerates along x, y [kg] and about the vertical [kg m^2]."""
+        return np.diag(self._skeleton.getMassMatrix())[PLATFORM].copy()
+
+    def transform(self, body: str) -> tuple[Array, Array]:
+        """R_WX, shape (3, 3), and p_WX, shape (3,) [m], of a body named in ``bodies``."""
+        return _transform(self._pushable[body])
+
+    def known(self) -> dict[str, list[float]]:
+        """X_WX of palms and box: x, y, z [m], then w, x, y, z of the unit quaternion."""
+        out = {}
+        for name, body in self._known.items():
+            R, p = _transform(body)
+            quaternion = Rotation.from_matrix(R).as_quat(scalar_first=True)
+            out[name] = [*p.tolist(), *quaternion.tolist()]
+        return out
+
+    def contact_forces(self) -> dict[str, list[float]]:
+        """Contact force on palms and box in W, each x, y, z [N]; zero without contact."""
+        sums = {name: np.zeros(3) for name in self._known}
+        for contact in self._world.getLastCollisionResult().getContacts():
+            force = np.asarray(contact.force).reshape(3)
+            first, second = contact.collisionObject1, contact.collisionObject2
+            for side, sign in ((first, 1.0), (second, -1.0)):
+                name = self._body_of(side.getShapeFrame())
+                if name in sums:
+                    sums[name] += sign * force
+        return {name: force.tolist() for name, force in sums.items()}
+
+    def wrench(self) -> Array:
+        """Of the world on the palms, each in its P, without their weight, shape (12,) [N, N m]."""
+        out = np.empty(12)
+        for i, (palm, weight) in enumerate(zip(self._palms, self._weight, strict=True)):
+            transmitted = palm.getBodyForce()
+            R, _ = _transform(palm)
+            out[6 * i : 6 * i + 3] = -transmitted[3:] + weight * R[2]
+            out[6 * i + 3 : 6 * i + 6] = -transmitted[:3]
+        return out
+
+    def set_friction(self, coulomb: Array | None) -> None:
+        """Set the joints' Coulomb friction, shape (14,) [N m]; None for the robot's own."""
+        values = self.drawn.coulomb if coulomb is None else coulomb
+        for joint, value in zip(self.robot.arms.joints, values, strict=True):
+            self._skeleton.getJoint(joint).setCoulombFriction(0, float(value))
+
+    def set_wheel_friction(self, holding: tuple[float, float, float]) -> None:
+        """Set the friction of the platform's wheels along x, y [N] and about the vertical [N m]."""
+        for joint, value in zip(
+            ("platform_x", "platform_y", "platform_heading"), holding, strict=True
+        ):
+            self._skeleton.getJoint(joint).setCoulombFriction(0, value)
+
+    # --- step -------------------------------------------------------------------------------
+
+    def step(self, torque: Array, drive: Array, effects: Effects) -> None:
+        """Advance by the robot's period.
+
+        Args:
+            torque: joint torques asked for, shape (14,) [N m]; the motors clamp them.
+            drive: force of the drive in B, shape (3,) [N, N, N m].
+            effects: disturbances that act.
+        """
+        self.applied = np.minimum(np.maximum(torque, -self._limit), self._limit)
+        heading = self.pose[2]
+        c, s = math.cos(heading), math.sin(heading)
+        forces = self._forces
+        forces[0] = c * drive[0] - s * drive[1]
+        forces[1] = s * drive[0] + c * drive[1]
+        forces[2] = drive[2]
+        if effects.yaw:
+            forces[2] += effects.yaw * self.drive_inertia()[2]
+        if effects.slips:
+            forces[:2] += self.drive_inertia()[:2] * effects.slip_acceleration
+        forces[BOTH] = self.applied
+        # a floor that accelerates upwards is felt as more gravity
+        self._world.setGravity([0.0, 0.0, -GRAVITY - effects.vertical])
+        before = self.velocity
+        for _ in range(self._substeps):
+            self._skeleton.setForces(forces)
+            for name, force in effects.pushes:
+                body = self._pushable[name]
+                body.addExtForce(force, body.getLocalCOM(), False, True)
+            self._world.step()
+        self.acceleration = (self.velocity - before) / self.robot.period
+
+    def _body_of(self, frame: Any) -> str:
+        return next((name for node, name in self._nodes if frame is node), "")
+
+
+def _transform(body: Any) -> tuple[Array, Array]:
+    X = body.getWorldTransform()
+    return np.asarray(X.rotation()), np.asarray(X.translation()).reshape(3)
+
+
+def _table(table: Table) -> Any:
+    skeleton = dart.dynamics.Skeleton("table")
+    skeleton.setMobile(False)
+    joint, body = skeleton.createWeldJointAndBodyNodePair()
+    body.setName("table")
+    _shape(body, [*table.size, TABLE_THICKNESS])
+    R = Rotation.from_rotvec([0.0, 0.0, table.yaw]).as_matrix()
+    joint.setTransformFromParentBodyNode(
+        _isometry(R, np.array([table.x, table.y, table.height - TABLE_THICKNESS / 2]))
+    )
+    return skeleton
+
+
+def _box(box: Box, height: float) -> Any:
+    skeleton = dart.dynamics.Skeleton("box")
+    _, body = skeleton.createFreeJointAndBodyNodePair()
+    body.setName("box")
+    _shape(body, list(box.size)).getDynamicsAspect().setFrictionCoeff(box.friction)
+    x, y, z = box.size
+    moment = np.diag([y * y + z * z, x * x + z * z, x * x + y * y]) * (box.mass / 12.0)
+    body.setInertia(dart.dynamics.Inertia(box.mass, np.array(box.com), moment))
+    R = Rotation.from_rotvec([0.0, 0.0, box.yaw])
+    if box.on_side:
+        R = R * Rotation.from_rotvec([math.pi / 2, 0.0, 0.0])
+    above = 0.5 * (y if box.on_side else z)
+    p = np.array([box.x, box.y, height + above])
+    skeleton.setPositions(dart.dynamics.FreeJoint.convertToPositions(_isometry(R.as_matrix(), p)))
+    return skeleton
+
+
+def _shape(body: Any, size: list[float]) -> Any:
+    node = body.createShapeNode(dart.dynamics.BoxShape(size))
+    node.createCollisionAspect()
+    node.createDynamicsAspect()
+    node.createVisualAspect()
+    return node
+
+
+def _isometry(R: Array, p: Array) -> Any:
+    X = dart.math.Isometry3()
+    X.set_rotation(R)
+    X.set_translation(p)
+    return X

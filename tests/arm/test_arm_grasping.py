@@ -1,0 +1,120 @@
+"""Controllers of the grasp, their composition, goal regions and programs."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from arm.control.priority import priorities
+from arm.grasping.feel import Feel
+from arm.grasping.hands import Hands, written
+from arm.grasping.model import JOINTS, TwoArmModel
+from arm.grasping.nodes import REGISTRY
+from arm.grasping.regions import NAMES, Regions
+from arm.grasping.scene import BoxPlace, Scene
+from arm.hds import load
+from arm.model import STANDING
+
+PROGRAMS = Path(__file__).parents[2] / "arm" / "programs"
+SIZE = np.array([0.203, 0.279, 0.178])
+MODEL = TwoArmModel("rmp_two_arms")
+
+
+def scene(x: float = 0.6, y: float = 0.0, force: float = 0.0) -> Scene:
+    """The arms at rest, a box in front of them, both palms pressed with a force."""
+    q = np.array(MODEL.robot.arms.rest)
+    feel = Feel()
+    wrench = np.zeros(12)
+    wrench[1], wrench[7] = force, -force
+    for _ in range(200):
+        feel.step(wrench, 0.004)
+    box = BoxPlace(np.array([x, y, 0.839]), np.eye(3), np.zeros(3), SIZE, np.zeros(4))
+    palms = MODEL.place(q, np.zeros(JOINTS))
+    return Scene(0.004, 1.0, palms, feel, STANDING, box, 0.0, SIZE, np.array([0.04, 0.01, 0.055]))
+
+
+def hands() -> Hands:
+    """Of the robot."""
+    return Hands(np.array(MODEL.robot.arms.rest), MODEL.q_lower, MODEL.q_upper)
+
+
+def test_the_parallel_controller_is_derived_as_in_the_paper() -> None:
+    """Eq 8 to 11: names replaced, parentheses dropped, the right-most of duplicates kept."""
+    assert written(hands().parallel) == [
+        "comply / gm / reach",
+        "moment / force / reach / (force / reach) / reach",
+        "moment / force / reach / force / reach / reach",
+        "moment / force / reach",
+    ]
+
+
+def test_pressing_does_not_move_the_palms_off_the_line() -> None:
+    """Rows of the reach are met exactly, whatever the force asks for below them."""
+    ours, seen = hands(), scene()
+    anything: Any = seen
+    reach = ours.reach.rows(anything, 0.004)
+    rows = [o.rows(anything, 0.004) for o in ours.gm.parts()]
+    qd = priorities(rows, JOINTS).qd
+    assert reach.J @ qd == pytest.approx(reach.rate, abs=1e-9)
+    assert np.abs(rows[1].J @ qd - rows[1].rate).max() < 1e-9
+
+
+def test_goal_regions_nest_and_have_a_wider_way_out() -> None:
+    """To be in one is to be in all before it; 0.69 m is in only for who was nearer before."""
+    regions = Regions()
+    regions.step(scene(0.69), held=False)
+    assert not regions["approach"]
+    regions.step(scene(0.60), held=False)
+    assert regions["approach"] and not regions["reach"]
+    regions.step(scene(0.69), held=False)
+    assert regions["approach"]
+    pressed = scene(0.60, force=25.0)
+    assert pressed.box is not None
+    middle = 0.5 * (pressed.palms.p[0] + pressed.palms.p[1])
+    regions.step(replace(pressed, box=replace(pressed.box, p=middle)), held=True)
+    assert all(regions[name] for name in NAMES)
+    regions.step(replace(pressed, box=None), held=False)
+    assert not any(regions[name] for name in NAMES)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "move_to_grasp",
+        "move_to_grasp_parallel",
+        "grasp_refine",
+        "grasp_funnel",
+        "grasp_parallel",
+        "grasp_sum",
+    ],
+)
+def test_programs_have_no_findings(name: str) -> None:
+    """Checked as they come."""
+    assert load(PROGRAMS / f"{name}.hds", REGISTRY).warnings == ()
+
+
+def test_the_refining_program_looks_back_and_the_funnel_does_not() -> None:
+    """Every controller but the first falls back to the region that was left, the earliest first."""
+    refine = load(PROGRAMS / "grasp_refine.hds", REGISTRY)
+    looks = [guard.quantity for guard in refine.node("Comply").guards]
+    assert looks == ["In_approach", "In_reach", "In_contact"]
+    assert "Touching" in [guard.quantity for guard in refine.node("Lift").guards]
+    funnel = load(PROGRAMS / "grasp_funnel.hds", REGISTRY)
+    assert not any(
+        guard.quantity.startswith("In_") for node in funnel.nodes.values() for guard in node.guards
+    )
+
+
+def test_a_palm_pushed_too_hard_gives_way_before_anything_else() -> None:
+    """Both palms pressed with 90 N move out, though the force objective asks for more."""
+    ours, seen = hands(), scene(force=90.0)
+    anything: Any = seen
+    rows = [ours.yields.rows(anything, 0.004), ours.force.rows(anything, 0.004)]
+    qd = priorities(rows, JOINTS).qd
+    assert seen.box is not None
+    out = [float(s * seen.box.across @ seen.palms.J[i][:3] @ qd) for i, s in enumerate((1, -1))]
+    assert min(out) > 0.5
