@@ -77,9 +77,7 @@ def moment_gradient(normals: ArrayLike, moment: ArrayLike) -> Array:
     return 2.0 * np.cross(np.asarray(normals, dtype=float), np.asarray(moment, dtype=float))
 
 
-def gradients(
-    normals: ArrayLike, points: ArrayLike, r_c: float = R_C
-) -> tuple[Array, Array]:
+def gradients(normals: ArrayLike, points: ArrayLike, r_c: float = R_C) -> tuple[Array, Array]:
     """Both gradients, (k, 3) each; tangent to the surface at each contact. See ``residuals``."""
     rho, moment = residuals(normals, points, r_c)
     return force_gradient(normals, rho), moment_gradient(normals, moment)
