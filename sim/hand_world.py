@@ -7,6 +7,7 @@ friction the tips bounce (docs/grasping.md).
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -150,9 +151,14 @@ class HandWorld:
         """True rates of them, shape (11,) [rad/s]."""
         return np.asarray(self._skeleton.getVelocities())[self._leaders]
 
-    def cells(self) -> Array:
+    def tips(self) -> Array:
+        """Middles of the tips in B, shape (3, 3) [m]."""
+        return np.array([_transform(tip)[1] for tip in self._tips])
+
+    def cells(self, samples: int = 1) -> Array:
         """Wrench of the world on each tip in the tip's frame, with bias and noise, (3, 6).
 
+        Noise is that of a mean of so many ``samples`` of 1 ms.
         Force then moment about the tip's middle [N, N m], without the weight of the tip as
         described. What the tip's acceleration takes is in it, as in a real cell.
         """
@@ -162,7 +168,7 @@ class HandWorld:
             R = np.asarray(tip.getWorldTransform().rotation())
             out[i, :3] = -sent[3:] + self._tip_weight[i] * R[2]
             out[i, 3:] = -sent[:3]
-        out += self._bias + self._noise * self._rng.standard_normal((3, 6))
+        out += self._bias + self._noise / math.sqrt(samples) * self._rng.standard_normal((3, 6))
         if self.setting.dead is not None:
             out[self.setting.dead] = self._bias[self.setting.dead]
         return out
