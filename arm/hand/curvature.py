@@ -15,7 +15,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from arm.hand.residuals import ALPHA, R_C, checked, force_gradient, residuals, step
+from arm.hand.residuals import ALPHA, R_C, checked, cross, force_gradient, residuals, step
 
 Array = NDArray[np.float64]
 
@@ -23,12 +23,13 @@ Array = NDArray[np.float64]
 class Curvature:
     """The shape operator of the surface under one contact, from how its normal turned.
 
-    Weighted least squares over (dx, dn) with forgetting by distance, towards a sphere of radius
-    r_c where nothing was felt yet. The point is whatever slides: for a spherical tip its centre is
-    best, which moves on a surface that is nowhere sharper than the tip.
+    Weighted least squares over (dx, dn) with forgetting by distance, towards a plane where nothing
+    was felt yet: what is not known holds nothing back, and once it moves it is known. (Taken for a
+    sphere it would hold back for ever what it never feels.) The point is whatever slides: for a
+    spherical tip its centre is best, which moves on a surface nowhere sharper than the tip.
 
     Args:
-        r_c: characteristic radius [m].
+        r_c: characteristic radius; with ``noise`` it says how far apart pairs must be [m].
         memory: way after which a pair counts 1/e [m].
         noise: standard deviation of a normal [rad]; pairs are taken no closer together than shows
             against it.
@@ -42,9 +43,9 @@ class Curvature:
         noise: float = 0.0,
         sharpest: float = 200.0,
     ) -> None:
-        self.r_c, self.memory, self.sharpest = r_c, memory, sharpest
+        self.memory, self.sharpest = memory, sharpest
         self.shortest = max(1e-5, noise * r_c)
-        self._prior = (0.002 + noise * r_c) ** 2  # as if a way of 2 mm had felt the sphere
+        self._prior = (0.002 + noise * r_c) ** 2  # as if a way of 2 mm had felt the plane
         self._last: tuple[Array, Array] | None = None
         self._frame = np.zeros((2, 3))
         self._a = np.zeros((3, 3))
@@ -74,8 +75,7 @@ class Curvature:
         if self._last is None:
             raise ValueError("nothing was felt yet")
         weight = self._prior * np.diag([1.0, 2.0, 1.0])
-        sphere = np.array([1.0, 0.0, 1.0]) / self.r_c
-        a, b, c = np.linalg.solve(self._a + weight, self._b + weight @ sphere)
+        a, b, c = np.linalg.solve(self._a + weight, self._b)
         values, vectors = np.linalg.eigh(np.array([[a, b], [b, c]]))
         axes = vectors.T @ _frame(self._last[0], self._frame[0])
         return (axes.T * np.clip(values, -self.sharpest, self.sharpest)) @ axes
@@ -117,11 +117,11 @@ def moment_gradient(
 ) -> Array:
     """Gradient of M.M by x_i / r_c on a surface of known curvature, its origin held, (k, 3)."""
     arms = points - points.mean(axis=0)
-    turned = np.stack([s @ np.cross(moment, r) for s, r in zip(shapes, arms, strict=True)])
-    return 2.0 * (np.cross(normals, moment) - turned)
+    turned = np.stack([s @ cross(moment, r) for s, r in zip(shapes, arms, strict=True)])
+    return 2.0 * (cross(normals, moment) - turned)
 
 
 def _frame(normal: Array, near: Array) -> Array:
     first = near - normal * (normal @ near)
     first /= np.linalg.norm(first)
-    return np.stack([first, np.cross(normal, first)])
+    return np.stack([first, cross(normal, first)])

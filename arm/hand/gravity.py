@@ -16,6 +16,7 @@ from arm.hand.residuals import (
     Kind,
     blend,
     checked,
+    cross,
     force_gradient,
     moment_gradient,
     residuals,
@@ -93,13 +94,13 @@ def rotation(
     n, x = checked(normals, points, r_c)
     middle = x.mean(axis=0)
     rho = n.sum(axis=0)
-    held = np.cross((x - middle) / r_c, n).sum(axis=0)
+    held = cross((x - middle) / r_c, n).sum(axis=0)
     if centre is None:
         arm, down = np.zeros(3), np.zeros(3)
     else:
         arm, down = (np.asarray(centre, dtype=float) - middle) / r_c, DOWN
-    net, moment = rho + down, held + np.cross(arm, down)
-    g_force = 2.0 * np.cross(rho, net)
-    g_moment = 2.0 * (np.cross(held, moment) + np.cross(arm, np.cross(down, moment)))
+    net, moment = rho + down, held + cross(arm, down)
+    g_force = 2.0 * cross(rho, net)
+    g_moment = 2.0 * (cross(held, moment) + cross(arm, cross(down, moment)))
     turn: Array = -alpha * blend(g_force, g_moment, kind)
     return turn

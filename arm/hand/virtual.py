@@ -28,6 +28,7 @@ from arm.hand.residuals import (
     Kind,
     blend,
     checked,
+    cross,
     force_gradient,
     moment_gradient,
     step,
@@ -101,10 +102,10 @@ def residuals(
     virtual_n, virtual_x = combined(n, x, groups, renormalise=variant != "averaged")
     middle = virtual_x.mean(axis=0)
     if variant == "renormalised":
-        moment = np.cross(virtual_x - middle, virtual_n).sum(axis=0)
+        moment = cross(virtual_x - middle, virtual_n).sum(axis=0)
     else:
         share = weights(groups, len(n)).sum(axis=0)
-        moment = share @ np.cross(x - middle, n)
+        moment = share @ cross(x - middle, n)
     return virtual_n.sum(axis=0), moment / r_c
 
 
