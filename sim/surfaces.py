@@ -79,7 +79,7 @@ class Ellipsoid:
     def sense(self, p: Array) -> tuple[Array, Array]:
         """See ``Surface``; the nearest point q solves p - q = t n(q), one equation in t."""
         a2 = self.half**2
-        # sum (a p / (t + a^2))^2 falls in t from its last pole on, and is convex: Newton that starts
+        # sum (a p / (t + a^2))^2 is convex and falls in t from its last pole on: Newton that starts
         # left of where it is 1, as where one term alone is 1, never passes that
         t = np.max(np.abs(p) * self.half - a2, axis=1)
         t = np.maximum(t, -a2.min() + 1e-12)
@@ -196,6 +196,17 @@ def scatter(surface: Surface, k: int, rng: np.random.Generator) -> Array:
         near = np.abs(surface.sense(p)[0]) < shell
         found += list(touch(surface, p[near])[1]) if near.any() else []
     return np.array(found[:k])
+
+
+def outwards(surface: Surface, k: int, rng: np.random.Generator) -> Array:
+    """Points where rays from the middle in even directions leave a surface, (k, 3) [m]."""
+    ray = _unit(rng.normal(size=(k, 3)))
+    low, high = np.zeros((k, 1)), np.full((k, 1), 2.0 * float(np.linalg.norm(surface.half)))
+    for _ in range(50):
+        middle = (low + high) / 2.0
+        inside = (surface.sense(ray * middle)[0] < 0.0)[:, None]
+        low, high = np.where(inside, middle, low), np.where(inside, high, middle)
+    return ray * low
 
 
 def _corner(p: Array, over: Array, out: Array) -> tuple[Array, Array]:

@@ -45,7 +45,7 @@ class Curvature:
     ) -> None:
         self.memory, self.sharpest = memory, sharpest
         self.shortest = max(1e-5, noise * r_c)
-        self._prior = (0.002 + noise * r_c) ** 2  # as if a way of 2 mm had felt the plane
+        self._prior = 0.001 + self.shortest  # as if over this way a plane had been felt [m]
         self._last: tuple[Array, Array] | None = None
         self._frame = np.zeros((2, 3))
         self._a = np.zeros((3, 3))
@@ -66,8 +66,9 @@ class Curvature:
         (u, v), (p, q) = self._frame @ dx, -self._frame @ (n - self._last[0])
         rows = np.array([[u, v, 0.0], [0.0, u, v]])  # of S = [[a, b], [b, c]]
         keep = np.exp(-way / self.memory)
-        self._a = keep * self._a + rows.T @ rows
-        self._b = keep * self._b + rows.T @ np.array([p, q])
+        # over the way: a metre felt in many pairs counts as one felt in few
+        self._a = keep * self._a + rows.T @ rows / way
+        self._b = keep * self._b + rows.T @ np.array([p, q]) / way
         self._last = (n, x)
 
     def estimate(self) -> Array:
