@@ -3,8 +3,8 @@
 | name | pieces | profile [m] | height [m] | mass [kg] |
 |---|---|---|---|---|
 | roll | cylinder | diameter 0.10 | 0.20 | 0.5 |
-| squirt | ellipsoid body, neck, nozzle head | 0.060 x 0.085 | 0.24 | 0.5 |
-| detergent | wide ellipsoid below a slimmer one (a tapered body), cap | 0.065 x 0.095 | 0.26 | 0.5 |
+| squirt | ellipsoid body, neck, nozzle head | 0.060 x 0.085 | 0.20 | 0.5 |
+| detergent | wide ellipsoid, slimmer one above (a taper), cap | 0.065 x 0.095 | 0.21 | 0.5 |
 """
 
 from __future__ import annotations
@@ -56,28 +56,28 @@ THINGS = {
     ),
     "squirt": Thing(
         (
-            Piece("ellipsoid", (0.060, 0.085, 0.20), 0.10),
-            Piece("cylinder", (0.024, 0.024, 0.05), 0.205),
-            Piece("box", (0.024, 0.05, 0.02), 0.23),
+            Piece("ellipsoid", (0.060, 0.085, 0.17), 0.085),
+            Piece("cylinder", (0.024, 0.024, 0.04), 0.165),
+            Piece("box", (0.024, 0.05, 0.02), 0.19),
             Piece("cylinder", (0.05, 0.05, 0.01), 0.005),
         ),
-        height=0.24,
+        height=0.20,
         mass=0.5,
-        grasp=(0.09, 0.12),
+        grasp=(0.085, 0.115),
     ),
     "detergent": Thing(
         (
-            Piece("ellipsoid", (0.065, 0.095, 0.20), 0.10),
-            Piece("ellipsoid", (0.050, 0.070, 0.20), 0.14),
-            Piece("cylinder", (0.036, 0.036, 0.03), 0.245),
+            Piece("ellipsoid", (0.065, 0.095, 0.17), 0.085),
+            Piece("ellipsoid", (0.050, 0.070, 0.16), 0.11),
+            Piece("cylinder", (0.036, 0.036, 0.03), 0.195),
             Piece("cylinder", (0.06, 0.06, 0.01), 0.005),
         ),
-        height=0.26,
+        height=0.21,
         mass=0.5,
-        grasp=(0.09, 0.12),
+        grasp=(0.085, 0.115),
     ),
 }
-"""Objects by name; ``big`` of ``build`` scales a profile."""
+"""Objects by name."""
 
 
 def build(thing: Thing, friction: float, fixed: bool, mass: float, scale: float = 1.0) -> Any:
@@ -108,9 +108,7 @@ def build(thing: Thing, friction: float, fixed: bool, mass: float, scale: float 
     h = thing.height
     # of a solid elliptic cylinder: what is inside a bottle does not matter here
     moment = np.diag([y * y / 16 + h * h / 12, x * x / 16 + h * h / 12, (x * x + y * y) / 16])
-    body.setInertia(
-        dart.dynamics.Inertia(mass, np.array([0.0, 0.0, 0.45 * h]), mass * moment)
-    )
+    body.setInertia(dart.dynamics.Inertia(mass, np.array([0.0, 0.0, 0.45 * h]), mass * moment))
     return skeleton
 
 

@@ -201,13 +201,13 @@ class HandWorld:
 
     def colliding(self) -> bool:
         """Whether the robot, as placed, overlaps the object or the table."""
-        self._world.checkCollision()
-        result = self._world.getLastCollisionResult()
-        robot = {b.getName() for b in self._skeleton.getBodyNodes()}
+        option = dart.collision.CollisionOption(True, 100, dart.collision.BodyNodeCollisionFilter())
+        result = dart.collision.CollisionResult()
+        self._world.checkCollision(option, result)
         for contact in result.getContacts():
-            for side in (contact.collisionObject1, contact.collisionObject2):
-                if self._body_of(side.getShapeFrame()) in robot:
-                    return True
+            sides = (contact.collisionObject1, contact.collisionObject2)
+            if {self._body_of(side.getShapeFrame()) for side in sides} != {"object", "table"}:
+                return True
         return False
 
     # --- step -------------------------------------------------------------------------------

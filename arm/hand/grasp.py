@@ -8,71 +8,28 @@ controller whose goal the failed one started from. After convergence come ``grip
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from arm.hand.feel import Feel
 from arm.hand.law import Law
-from arm.hand.model import ARM, FINGERS, FLEX, JOINTS, SPREAD, HandModel, Placed
-from arm.hand.reaching import Guess, Path, look, opened, solve
-from arm.hand.sliding import PERIOD, Slider, Way
+from arm.hand.model import FINGERS, FLEX, JOINTS, HandModel, Placed
+from arm.hand.plan import Plan
+from arm.hand.reaching import Guess, Path
+from arm.hand.sliding import PERIOD, Slider
 from arm.hand.squeeze import internal
+from arm.hand.ways import elsewhere, upwards
 
 Array = NDArray[np.float64]
 
 TARE, CLOSE, RAMP = 0.2, 4.0, 0.1
 """Time for taring, for all fingers to touch, for forces to build up [s]."""
-STRUCK, LOST = 0.1, 0.3
+STRUCK, LOST = 0.05, 0.3
 """Time after which a link on the object, or a tip off it, ends a try [s]."""
-RATE, FIRST = 0.6, 0.6
+RATE, FIRST = 0.4, 0.6
 """Fingers close with this [rad/s], and press with this once they touch [N]."""
-
-
-@dataclass(frozen=True)
-class Plan:
-    """How to grasp.
-
-    Attributes:
-        way: controller of the sliding.
-        press: force of each finger while sliding [N].
-        grip: force of a squeeze, of finger 0 of a pair, of each of three [N].
-        spread: of fingers 1 and 2 at the start and where there is freedom [rad].
-        flexion: the same of the flexions [rad].
-        friction: expected while sliding [1].
-        tries: reaches, the first included.
-        again: largest tilt of the palm from the axis in further tries [rad].
-        settle: time of sliding after convergence [s].
-        lift: height to lift to, 0: stop when converged [m].
-        hardest: force of a tip that ends a try [N].
-        stiff: bandwidth of arm and fingers while an object is held [rad/s].
-    """
-
-    way: Way = Way()
-    press: tuple[float, float, float] = (1.5, 1.5, 1.5)
-    grip: float = 40.0
-    spread: float = 1.05
-    flexion: float = 0.95
-    friction: float = 0.3
-    tries: int = 3
-    again: float = 0.5
-    settle: float = 0.6
-    lift: float = 0.0
-    hardest: float = 25.0
-    stiff: tuple[float, float] = (100.0, 120.0)
-
-
-THREE = Plan()
-"""Three contacts."""
-PAIR = Plan(way=Way(pair=True), press=(2.0, 1.0, 1.0), spread=0.3)
-"""Finger 0 against the virtual contact of 1 and 2."""
-
-
-def gently(plan: Plan, lift: float) -> Plan:
-    """The plan for an object that stands free: press less, so that it stays, and lift it [m]."""
-    press = (4 / 3, 2 / 3, 2 / 3) if plan.way.pair else (1.0, 1.0, 1.0)
-    return replace(plan, press=press, lift=lift)
 
 
 @dataclass
@@ -232,7 +189,7 @@ class Grasp:
                 else:
                     self._enter("grip", t, at)
         elif self.phase == "grip" and took >= 0.6:
-            self._path = self._upwards(at)
+            self._path = upwards(self.model, self._reference, self.plan.lift, self._rng)
             self._enter("lift", t, at)
         elif self.phase == "lift":
             assert self._path is not None
@@ -251,7 +208,9 @@ class Grasp:
     def _fail(self, why: str, t: float, at: Placed) -> None:
         """End a try; reach anew if there are tries left."""
         self.tries[-1].end = why
-        path = self._elsewhere(at) if len(self.tries) < self.plan.tries else None
+        path = None
+        if len(self.tries) < self.plan.tries:
+            path = elsewhere(self.model, self._guess, self.plan, at, self._rng)
         if path is None:
             self._stop(why, t, at)
         else:
@@ -262,44 +221,6 @@ class Grasp:
         self.outcome = self.outcome or why
         self.tries[-1].end = self.tries[-1].end or why
         self._enter("stopped", t, at)
-
-    # --- ways -------------------------------------------------------------------------------
-
-    def _elsewhere(self, at: Placed) -> Path | None:
-        """Open, back off, and come again from near the axis."""
-        open_ = self.model.robot.hand.open
-        wide = opened(at.q[ARM], at.q[SPREAD], min(0.3, open_))
-        R, p = self.model.palm()
-        back = solve(self.model, R, p - 0.12 * R[:, 2], self._rng, near=at.q[ARM])
-        for _ in range(20):
-            tilt = self._rng.uniform(0.0, self.plan.again)
-            R, p = look(self._guess, tilt, *self._rng.uniform([-1.2, -np.pi], [1.2, np.pi]))
-            there = solve(self.model, R, p, self._rng, near=back)
-            if there is None:
-                continue
-            above = solve(self.model, R, p - 0.12 * R[:, 2], self._rng, near=there)
-            if above is None or np.abs(above - there).max() > 1.0:
-                continue
-            spread = self.plan.spread
-            return Path(
-                [at.q, wide]
-                + ([opened(back, wide[SPREAD], open_)] if back is not None else [])
-                + [opened(above, spread, open_), opened(there, spread, open_)]
-            )
-        return None
-
-    def _upwards(self, at: Placed) -> Path:
-        """Straight up, at about 0.1 m/s; as far as the arm can."""
-        R, p = self.model.palm()
-        points = [self._reference]
-        for height in np.linspace(0.0, self.plan.lift, 4)[1:]:
-            arm = solve(
-                self.model, R, p + [0.0, 0.0, height], self._rng, near=points[-1][ARM]
-            )
-            if arm is None or np.abs(arm - points[-1][ARM]).max() > 0.5:
-                break
-            points.append(np.concatenate([arm, self._reference[SPREAD:]]))
-        return Path(points, speed=0.25)
 
     # --- torques ----------------------------------------------------------------------------
 
@@ -329,7 +250,7 @@ class Grasp:
             free[FLEX] = self._touched
             tau = self.law.follow(at, self._reference, rates, free, none)
             for finger in np.flatnonzero(self._touched):
-                tau += self.law.press(at, finger, FIRST * self.feel.normals[finger])
+                tau += self.law.press(at, int(finger), FIRST * self.feel.normals[finger])
             return tau
         locked = np.zeros(JOINTS, dtype=bool)
         if self.phase in ("grip", "lift", "hold"):

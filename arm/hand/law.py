@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from arm.hand.model import ARM, FINGERS, FLEX, JOINTS, SPREAD, HandModel, Placed
+from arm.hand.model import FINGERS, JOINTS, SPREAD, HandModel, Placed
 from arm.hand.quality import tangents
 
 Array = NDArray[np.float64]
@@ -137,7 +137,7 @@ class Law:
             free, -self.gains.normal * at.qd, w * w * (q - at.q) + 2.0 * w * (qd - at.qd)
         )
         tau = at.h + at.M @ qdd + np.einsum("ikj,ik->j", at.JL, force)
-        return self._clip(tau + self._rubbing(qd + 2.0 * (q - at.q) * ~free))
+        return self._clip(tau + self._rubbing(np.where(free, 0.0, qd + 2.0 * (q - at.q))))
 
     def press(self, at: Placed, finger: int, force: Array) -> Array:
         """Torque of one finger's own flexion for a force (3,) on the world, shape (11,) [N m]."""
@@ -161,6 +161,3 @@ class Law:
 
     def _clip(self, tau: Array) -> Array:
         return np.clip(tau, -self._model.limit, self._model.limit)
-
-
-__all__ = ["ARM", "FLEX", "Gains", "Law"]

@@ -9,6 +9,7 @@ near the axis (docs/grasping.md).
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -120,10 +121,7 @@ class Path:
 
     def __init__(self, points: list[Array], speed: float = 0.8) -> None:
         self._points = points
-        self._time = [
-            max(0.2, float(np.abs(b - a).max()) / speed)
-            for a, b in zip(points, points[1:], strict=False)
-        ]
+        self._time = [max(0.2, float(np.abs(b - a).max()) / speed) for a, b in pairwise(points)]
         self.duration = sum(self._time)
 
     def at(self, t: float) -> tuple[Array, Array]:

@@ -11,8 +11,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from arm.hand.grasp import Grasp, Plan
+from arm.hand.grasp import Grasp
 from arm.hand.model import HandModel
+from arm.hand.plan import Plan
 from arm.hand.reaching import Guess, look, opened, solve
 from sim.effects import GRAVITY
 from sim.hand_world import PLACE, TABLE, HandWorld, Setting
@@ -36,11 +37,11 @@ class Start:
     """Which reaches are drawn, and how well the object's place is known.
 
     Attributes:
-        tilt: largest angle between palm and axis [rad].
+        tilt: angle between palm and axis, from, to [rad].
         guess: largest error of the point to grasp, along each horizontal axis [m].
     """
 
-    tilt: float = 1.3
+    tilt: tuple[float, float] = (0.0, 1.3)
     guess: float = 0.005
 
 
@@ -125,9 +126,8 @@ class HandTrial:
     ) -> None:
         """Draw reaches until one is possible: within joints' limits, touching nothing."""
         for _ in range(200):
-            R, p = look(
-                guess, *rng.uniform([0.0, -1.2, -np.pi], [start.tilt, 1.2, np.pi])
-            )
+            low, high = start.tilt
+            R, p = look(guess, *rng.uniform([low, -1.2, -np.pi], [high, 1.2, np.pi]))
             arm = solve(model, R, p, rng)
             if arm is None:
                 continue
