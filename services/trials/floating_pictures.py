@@ -21,11 +21,13 @@ COLOURS = ("#1f4e9c", "#6a94d4", "#e08a1e", "#f0c286", "#b3261e", "#3c7a3c", "#7
 
 def residual_curves(cells: Mapping[str, Cells], controller: str) -> Figure:
     """Mean residuals of the trials that succeeded and of those that did not, a column a case."""
+    deep, wide = _grid(len(cells))
     figure, axes = plt.subplots(
-        2, len(cells), figsize=(2.9 * len(cells), 5.0), sharex=True, sharey="row", squeeze=False,
-        layout="constrained",
+        2 * deep, wide, figsize=(2.9 * wide, 4.4 * deep), sharex=True, sharey="row",
+        squeeze=False, layout="constrained",
     )  # fmt: skip
-    for column, (case, trials) in zip(axes.T, cells.items(), strict=True):
+    columns = axes.reshape(deep, 2, wide).transpose(0, 2, 1).reshape(-1, 2)
+    for column, (case, trials) in zip(columns, cells.items(), strict=False):
         for found, colour in ((True, DRAWN), (False, ERROR)):
             group = [np.array(t["curve"]) for t in trials if t["success"] == found]
             if not group:
@@ -43,26 +45,34 @@ def residual_curves(cells: Mapping[str, Cells], controller: str) -> Figure:
         column[1].set_xlabel("update")
         for axis in column:
             axis.axhline(GOAL, color="0.5", lw=0.8, ls=":")
-    axes[0, 0].set_ylabel("|ρ|")
-    axes[1, 0].set_ylabel("|M| / r_c")
+    for unused in columns[len(cells) :].ravel():
+        unused.set_axis_off()
+    for row in range(deep):
+        axes[2 * row, 0].set_ylabel("|ρ|")
+        axes[2 * row + 1, 0].set_ylabel("|M| / r_c")
     figure.suptitle(f"mean residual, and 10 to 90 % of trials; {controller}")
     return figure
 
 
 def densities(cells: Mapping[str, Cells], controller: str) -> Figure:
     """Orientation to the object's axis before and after, a panel a case."""
+    deep, wide = _grid(len(cells))
     figure, axes = plt.subplots(
-        1, len(cells), figsize=(2.9 * len(cells), 2.9), squeeze=False, layout="constrained"
+        deep, wide, figsize=(2.9 * wide, 2.7 * deep), squeeze=False, layout="constrained"
     )
     grid = np.linspace(0.0, np.pi / 2.0, 200)
-    for axis, (case, trials) in zip(axes[0], cells.items(), strict=True):
+    panels = axes.ravel()
+    for axis, (case, trials) in zip(panels, cells.items(), strict=False):
         both = np.array([t["angle"] for t in trials])
         for values, colour, label in zip(both.T, (MEANT, DRAWN), ("before", "after"), strict=True):
             axis.plot(grid, density(values, grid), color=colour, label=label)
         axis.set_title(case)
         axis.set_xlabel("angle to the axis [rad]")
-    axes[0, 0].set_ylabel("density [1/rad]")
-    axes[0, 0].legend()
+    for unused in panels[len(cells) :]:
+        unused.set_axis_off()
+    for row in axes:
+        row[0].set_ylabel("density [1/rad]")
+    panels[0].legend()
     figure.suptitle(f"line of two contacts, or normal of the plane of three; {controller}")
     return figure
 
@@ -97,6 +107,12 @@ def density(values: NDArray[np.float64], grid: NDArray[np.float64]) -> NDArray[n
     kernel = gaussian_kde(mirrored, bw_method=width / float(np.std(mirrored)))
     found: NDArray[np.float64] = 3.0 * kernel(grid)
     return found
+
+
+def _grid(n: int) -> tuple[int, int]:
+    """Rows and columns for so many panels."""
+    deep = -(-n // 5)
+    return deep, -(-n // deep)
 
 
 def _aligned(curves: list[NDArray[np.float64]]) -> NDArray[np.float64]:
