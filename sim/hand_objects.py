@@ -59,7 +59,7 @@ THINGS = {
             Piece("ellipsoid", (0.060, 0.085, 0.17), 0.085),
             Piece("cylinder", (0.024, 0.024, 0.04), 0.165),
             Piece("box", (0.024, 0.05, 0.02), 0.19),
-            Piece("cylinder", (0.05, 0.05, 0.01), 0.005),
+            Piece("cylinder", (0.06, 0.06, 0.01), 0.005),
         ),
         height=0.20,
         mass=0.5,

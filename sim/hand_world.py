@@ -14,6 +14,7 @@ from typing import Any
 import dartpy as dart
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from deploy.robot import HandRobot
 from deploy.skeleton import hand_coupling, load_hand_skeleton
@@ -50,6 +51,7 @@ class Setting:
 
     Attributes:
         thing: one of ``THINGS``; None: the table is empty.
+        yaw: of the object about its axis [rad].
         fixed: the object is bolted down.
         friction: of the object [1].
         mass: of the object [kg].
@@ -62,6 +64,7 @@ class Setting:
     """
 
     thing: str | None = "roll"
+    yaw: float = 0.0
     fixed: bool = True
     friction: float = 0.3
     mass: float = 0.5
@@ -229,6 +232,7 @@ class HandWorld:
     def _stand(self, skeleton: Any) -> None:
         X = dart.math.Isometry3()
         X.set_translation(np.array([*PLACE, TABLE[2]]))
+        X.set_rotation(Rotation.from_rotvec([0.0, 0.0, self.setting.yaw]).as_matrix())
         if self.setting.fixed:
             skeleton.getJoint(0).setTransformFromParentBodyNode(X)
         else:

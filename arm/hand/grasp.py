@@ -28,6 +28,8 @@ TARE, CLOSE, RAMP = 0.2, 4.0, 0.1
 """Time for taring, for all fingers to touch, for forces to build up [s]."""
 STRUCK, LOST = 0.05, 0.3
 """Time after which a link on the object, or a tip off it, ends a try [s]."""
+SLID = 15
+"""Updates from which on a try has learned something of the object's shape."""
 RATE, FIRST = 0.4, 0.6
 """Fingers close with this [rad/s], and press with this once they touch [N]."""
 
@@ -210,12 +212,19 @@ class Grasp:
         self.tries[-1].end = why
         path = None
         if len(self.tries) < self.plan.tries:
-            path = elsewhere(self.model, self._guess, self.plan, at, self._rng)
+            path = elsewhere(self.model, self._guess, self.plan, at, self._line(), self._rng)
         if path is None:
             self._stop(why, t, at)
         else:
             self._path = path
             self._enter("away", t, at)
+
+    def _line(self) -> Array | None:
+        """From finger 0 to the pair where the newest try that slid for a while ended."""
+        for mine in reversed(self.tries):
+            if mine.points is not None and len(mine.history) > SLID:
+                return np.asarray(mine.points[1:].mean(axis=0) - mine.points[0])
+        return None
 
     def _stop(self, why: str, t: float, at: Placed) -> None:
         self.outcome = self.outcome or why

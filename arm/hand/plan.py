@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from arm.hand.sliding import Way
 
@@ -27,7 +27,7 @@ class Plan:
         stiff: bandwidth of arm and fingers while an object is held [rad/s].
     """
 
-    way: Way = Way()
+    way: Way = field(default_factory=Way)
     press: tuple[float, float, float] = (1.5, 1.5, 1.5)
     grip: float = 40.0
     spread: float = 1.05

@@ -61,6 +61,13 @@ def look(guess: Guess, tilt: float, azimuth: float, yaw: float) -> tuple[Array, 
     return R, guess.point + DEPTH * from_
 
 
+def across(guess: Guess, line: Array) -> float:
+    """The azimuth from which ``line`` (3,) appears level, of both the one nearer to -x of B."""
+    flat = line - guess.axis * (line @ guess.axis)
+    angle = float(np.arctan2(flat[1], flat[0])) - 1.5 * np.pi
+    return float(np.clip((angle + np.pi / 2) % np.pi - np.pi / 2, -1.4, 1.4))
+
+
 def solve(
     model: HandModel, R: Array, p: Array, rng: np.random.Generator, near: Array | None = None
 ) -> Array | None:

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from arm.hand.model import ARM, SPREAD, HandModel, Placed
 from arm.hand.plan import Plan
-from arm.hand.reaching import Guess, Path, look, opened, solve
+from arm.hand.reaching import Guess, Path, across, look, opened, solve
 
 Array = NDArray[np.float64]
 
@@ -18,15 +18,25 @@ DRAWS = 20
 
 
 def elsewhere(
-    model: HandModel, guess: Guess, plan: Plan, at: Placed, rng: np.random.Generator
+    model: HandModel,
+    guess: Guess,
+    plan: Plan,
+    at: Placed,
+    line: Array | None,
+    rng: np.random.Generator,
 ) -> Path | None:
     """Open, back off, and come again as the plan wants further tries; None if no reach is found.
+
+    On an object that is not round the fingers slide towards its narrow side, often too far around
+    it for one reach. The next one of a plan that is ``level`` grasps along the line that the last
+    one had come to, so that what it learned is kept.
 
     Args:
         model: as last placed at ``at``.
         guess: where the object is believed to stand.
         plan: how to grasp.
         at: the hand as it is.
+        line: from finger 0 to the pair when the last try ended, shape (3,); None if it slid little.
         rng: draws the reach.
     """
     open_ = model.robot.hand.open
@@ -37,7 +47,9 @@ def elsewhere(
         tilt, side = rng.uniform(*plan.again), rng.uniform(-1.2, 1.2)
         yaw = rng.uniform(-np.pi, np.pi)
         if plan.level:
-            yaw = np.copysign(np.pi / 2, yaw) + rng.uniform(-0.4, 0.4)
+            yaw = np.copysign(np.pi / 2, yaw) + rng.uniform(-0.2, 0.2)
+            if line is not None:
+                side = across(guess, line)
         R, p = look(guess, tilt, side, yaw)
         there = solve(model, R, p, rng, near=back)
         if there is None:

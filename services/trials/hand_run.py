@@ -105,7 +105,8 @@ class HandTrial:
     ) -> None:
         rng = np.random.default_rng(seed)
         place, world, hand = rng.spawn(3)
-        self.world = HandWorld(ROBOT, setting, world)
+        yaw = float(place.uniform(-np.pi, np.pi))
+        self.world = HandWorld(ROBOT, replace(setting, yaw=yaw), world)
         model = HandModel(ROBOT)
         low, high = self.world.thing.grasp if self.world.thing else (0.12, 0.15)
         off = place.uniform(-start.guess, start.guess, 2)
