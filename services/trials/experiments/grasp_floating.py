@@ -38,8 +38,8 @@ class Options(Base):
 
     cases: tuple[str, ...] = CASES
     """Object and fingers."""
-    controllers: tuple[Controller, ...] = ("sum", "C*", "C* fallback", "force", "curvature")
-    """The first is the one that pictures are drawn of."""
+    controllers: tuple[Controller, ...] = ("sum", "C*", "C* fallback", "force")
+    """Also null, curvature, printed, corrected, probing. The first is the one that pictures are drawn of."""
     variant: Variant = "renormalised"
     start: Start = "rays"
     tip: float = Field(default=0.0, ge=0.0, le=0.03)
