@@ -80,7 +80,7 @@ def densities(cells: Mapping[str, Cells], controller: str) -> Figure:
 def success(cells: Mapping[str, Mapping[str, Cells]]) -> Figure:
     """Share that converged, by case and controller, with 95 % intervals."""
     controllers = list(dict.fromkeys(c for case in cells.values() for c in case))
-    figure, axis = plt.subplots(figsize=(1.4 * len(cells) + 2.0, 3.6), layout="constrained")
+    figure, axis = plt.subplots(figsize=(1.4 * len(cells) + 2.0, 4.0), layout="constrained")
     wide = 0.8 / len(controllers)
     for i, controller in enumerate(controllers):
         for j, case in enumerate(cells.values()):
@@ -95,7 +95,7 @@ def success(cells: Mapping[str, Mapping[str, Cells]]) -> Figure:
         axis.bar(0, 0, color=COLOURS[i % len(COLOURS)], label=controller)
     axis.set_xticks(range(len(cells)), [case.replace(" ", "\n", 1) for case in cells])
     axis.set_ylabel("converged")
-    axis.legend(ncols=len(controllers), loc="lower center", bbox_to_anchor=(0.5, 1.0))
+    axis.legend(ncols=min(len(controllers), max(2, len(cells))), loc="lower center", bbox_to_anchor=(0.5, 1.0))
     return figure
 
 

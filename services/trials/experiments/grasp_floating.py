@@ -39,7 +39,7 @@ class Options(Base):
     cases: tuple[str, ...] = CASES
     """Object and fingers."""
     controllers: tuple[Controller, ...] = ("sum", "C*", "C* fallback", "force")
-    """Also null, curvature, printed, corrected, probing. The first is the one that pictures are drawn of."""
+    """Also null, curvature, printed, corrected, probing. Pictures are drawn of the first."""
     variant: Variant = "renormalised"
     start: Start = "rays"
     tip: float = Field(default=0.0, ge=0.0, le=0.03)
