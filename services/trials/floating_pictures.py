@@ -95,7 +95,11 @@ def success(cells: Mapping[str, Mapping[str, Cells]]) -> Figure:
         axis.bar(0, 0, color=COLOURS[i % len(COLOURS)], label=controller)
     axis.set_xticks(range(len(cells)), [case.replace(" ", "\n", 1) for case in cells])
     axis.set_ylabel("converged")
-    axis.legend(ncols=min(len(controllers), max(2, len(cells))), loc="lower center", bbox_to_anchor=(0.5, 1.0))
+    axis.legend(
+        ncols=min(len(controllers), max(2, len(cells))),
+        loc="lower center",
+        bbox_to_anchor=(0.5, 1.0),
+    )
     return figure
 
 
