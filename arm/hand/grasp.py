@@ -28,6 +28,10 @@ TARE, CLOSE, RAMP = 0.2, 4.0, 0.1
 """Time for taring, for all fingers to touch, for forces to build up [s]."""
 STRUCK, LOST = 0.05, 0.3
 """Time after which a link on the object, or a tip off it, ends a try [s]."""
+INTEGRAL, TRIM = 5.0, 0.5
+"""Rate at which the press is corrected by what the cells feel [1/s], at most by this share."""
+FREE = 8.0
+"""Force on a tip that ends a way through the air [N]."""
 SLID = 15
 """Updates from which on a try has learned something of the object's shape."""
 RATE, FIRST = 0.4, 0.6
@@ -95,6 +99,7 @@ class Grasp:
         self._off = np.zeros(FINGERS)
         self._grip = 0.0
         self._press = np.array(plan.press)
+        self._trim = np.zeros(FINGERS)
         self._posture = np.array([plan.spread] + [plan.flexion] * 3)
         self._bandwidth = np.repeat(plan.stiff, [7, 4])
 
@@ -145,6 +150,7 @@ class Grasp:
                 self.slider = Slider(self.plan.way, at.x)
                 mine.first = (feel.normals.copy(), feel.points(at.x))
                 self.law.reset()
+                self._trim[:] = 0.0
                 self._enter("slide", t, at)
         if self.phase == "slide":
             assert self.slider is not None
@@ -152,7 +158,11 @@ class Grasp:
             self.slider.update(feel.normals, points, at.x)
             mine.updates, mine.history = self.slider.updates, self.slider.history
             mine.normals, mine.points = feel.normals.copy(), points
-        if self.phase in ("close", "slide", "away") and hardest > self.plan.hardest:
+            pressed = np.sum(-feel.force * feel.normals, axis=1)
+            self._trim += INTEGRAL * PERIOD * np.where(feel.touching, self._press - pressed, 0.0)
+            self._trim = np.clip(self._trim, -TRIM * self._press, TRIM * self._press)
+        limit = FREE if self.phase == "away" else self.plan.hardest
+        if self.phase in ("close", "slide", "away") and hardest > limit:
             self._fail("too much force on a fingertip", t, at)
 
     def _judge(self, t: float, at: Placed) -> None:
@@ -163,6 +173,7 @@ class Grasp:
             self.feel.forget()
             self._touched[:] = False
             self.slider = None
+            self._update = t  # a mean of few samples would touch what is not there
             self._enter("close", t, at)
             if dead:
                 self._stop(f"load cell of finger {dead[0]} is dead", t, at)
@@ -238,7 +249,7 @@ class Grasp:
         still, none = np.zeros(JOINTS), np.zeros((FINGERS, 3))
         if self.phase == "slide":
             assert self.slider is not None
-            force = FIRST + min(1.0, took / RAMP) * (self._press - FIRST)
+            force = FIRST + min(1.0, took / RAMP) * (self._press - FIRST) + self._trim
             expected = np.full(FINGERS, self.plan.friction)
             return self.law.slide(
                 dt,
