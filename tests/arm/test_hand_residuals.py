@@ -22,6 +22,7 @@ def _contacts(seed: int, k: int, flat: float = 1.0) -> tuple[np.ndarray, np.ndar
     return n, -0.05 * n + 0.02 * rng.normal(size=(k, 3))
 
 
+@settings(deadline=None)
 @given(seeds, counts)
 def test_gradients_are_those_of_sphere_and_plane(seed: int, k: int) -> None:
     """Finite differences on the assumed surfaces give the gradients of both errors."""
@@ -40,6 +41,7 @@ def test_gradients_are_those_of_sphere_and_plane(seed: int, k: int) -> None:
         assert abs(g_force[i] @ n[i]) + abs(g_moment[i] @ n[i]) < 1e-12
 
 
+@settings(deadline=None)
 @given(seeds, counts)
 def test_projector_of_4_19_does_nothing(seed: int, k: int) -> None:
     """In exact geometry the null-space composite is the sum: the gradients are orthogonal."""
@@ -60,6 +62,7 @@ def test_printed_angles_are_not_orthogonal() -> None:
     assert 0.03 < np.mean(cosines) < 0.3
 
 
+@settings(deadline=None)
 @given(seeds, counts)
 def test_printed_cartesian_form_lacks_a_factor(seed: int, k: int) -> None:
     """With 1 / cos phi Eq 4.28 is the coordinate-free gradient; without, only where phi is 0."""
@@ -87,6 +90,7 @@ def test_printed_cartesian_form_is_wrong_elsewhere() -> None:
     assert printed[0, 1] == pytest.approx(np.cos(phi) * right[0, 1], rel=1e-9)
 
 
+@settings(deadline=None)
 @given(seeds)
 def test_balanced_contacts_stay(seed: int) -> None:
     """Where both residuals are zero nothing moves, in whatever orientation."""
@@ -107,6 +111,7 @@ def test_sequential_waits_for_the_force() -> None:
     assert [stages.choose(r) for r in (far, near, far)] == ["force", "moment", "force"]
 
 
+@settings(deadline=None)
 @given(seeds, st.sampled_from(["averaged", "renormalised", "physical"]))
 def test_virtual_contacts_of_one_are_the_contacts(seed: int, variant: virtual.Variant) -> None:
     """A virtual contact with one member is that member."""
@@ -141,6 +146,7 @@ def test_a_skew_pair_is_seen_by_the_physical_moment_only() -> None:
     assert np.linalg.norm(seen) > 0.1
 
 
+@settings(deadline=None)
 @given(seeds)
 def test_rotation_without_gravity_is_zero(seed: int) -> None:
     """If gravity is not among the sensor's contacts, the rotation form has no gradient (4.41)."""
@@ -197,6 +203,7 @@ def test_curvature_is_found_from_sliding() -> None:
     )
 
 
+@settings(deadline=None)
 @given(seeds)
 def test_null_space_of_curvature_is_real(seed: int) -> None:
     """On a known surface the moment's part of a step leaves all of rho as it is."""

@@ -22,6 +22,7 @@ def _contact(rng: np.random.Generator, push: float = 1.5) -> tuple[np.ndarray, n
     return n, f, rng.uniform(-1.0, 1.0) * 0.004 * push
 
 
+@settings(deadline=None)
 @given(seeds)
 def test_exact_for_a_soft_finger(seed: int) -> None:
     """Point and normal are exact for any friction force and any spin."""
@@ -31,6 +32,7 @@ def test_exact_for_a_soft_finger(seed: int) -> None:
     np.testing.assert_allclose(found, n, atol=1e-7)
 
 
+@settings(deadline=None)
 @given(seeds, st.floats(0.0, 3.0))
 def test_normal_does_not_see_tangential_force(seed: int, friction: float) -> None:
     """Whatever drags on the tip along the surface, the normal is the same."""
@@ -42,7 +44,7 @@ def test_normal_does_not_see_tangential_force(seed: int, friction: float) -> Non
     np.testing.assert_allclose(with_drag, n, atol=1e-9)
 
 
-@settings(max_examples=30)
+@settings(max_examples=30, deadline=None)
 @given(seeds)
 def test_wrench_is_explained(seed: int) -> None:
     """Any wrench, noise included, gives a point on the sphere; along with many it is the same."""
