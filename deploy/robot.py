@@ -81,6 +81,42 @@ class Palms(Strict):
     """That a hand survives [N]."""
 
 
+class HandArm(Strict):
+    """The arm that carries a hand, joint by joint from shoulder to wrist."""
+
+    urdf: str
+    joints: Names7
+    torque_limit: Vector7
+    velocity_limit: Vector7
+    coulomb_friction: Vector7
+    """What its joints have where a trial asks for friction [N m]."""
+    rest: Vector7
+    reach: Positive
+    """Shoulder to wrist, stretched [m]."""
+
+
+class Hand(Strict):
+    """A hand of three fingers with coupled joints and a load cell in every tip.
+
+    Frame H: origin in the middle of the palm, z out of it, finger 0 towards -x.
+    """
+
+    palm: str
+    drives: tuple[str, str, str, str]
+    """Driven joints: the spread of fingers 1 and 2, then the flexion of fingers 0, 1, 2."""
+    followers: tuple[tuple[str, str, float], ...]
+    """Joints that go along: their name, their leader's, positions over the leader's."""
+    tips: tuple[str, str, str]
+    tip_radius: Positive
+    torque_limit: tuple[Positive, Positive, Positive, Positive]
+    coulomb_friction: tuple[NonNegative, NonNegative, NonNegative, NonNegative]
+    """What its drives have where a trial asks for friction [N m]."""
+    open: float
+    """Flexion before closing [rad]."""
+    force_limit: Positive
+    """That a fingertip survives [N]."""
+
+
 class Pen(Strict):
     """A pen on a spring-loaded prismatic joint; masses and lengths are in the URDF."""
 
@@ -248,7 +284,25 @@ class TwoArmRobot(Equipped):
         return self.arms.reach
 
 
-KINDS: dict[str, type[Equipped]] = {"one_arm": Robot, "two_arm": TwoArmRobot}
+class HandRobot(Equipped):
+    """A robot of one arm with a three-finger hand (docs/grasping.md)."""
+
+    kind: Literal["hand"]
+    arm: HandArm
+    hand: Hand
+    load_cell: LoadCell
+
+    @property
+    def reach(self) -> float:
+        """From shoulder to wrist at most [m]."""
+        return self.arm.reach
+
+
+KINDS: dict[str, type[Equipped]] = {
+    "one_arm": Robot,
+    "two_arm": TwoArmRobot,
+    "hand": HandRobot,
+}
 """Every kind of robot by the ``kind`` its description states; ``one_arm`` if it states none."""
 
 R = TypeVar("R", bound=MobileBase)
@@ -293,8 +347,8 @@ def robot_kind(name: str) -> str:
 def urdf_text(name: str) -> str:
     """The URDF of a robot as text (named in its description, beside it)."""
     robot = load_robot(name, Equipped)
-    assert isinstance(robot, Robot | TwoArmRobot)
-    file = robot.arm.urdf if isinstance(robot, Robot) else robot.arms.urdf
+    assert isinstance(robot, Robot | TwoArmRobot | HandRobot)
+    file = robot.arms.urdf if isinstance(robot, TwoArmRobot) else robot.arm.urdf
     return (ROBOTS / name / file).read_text(encoding="utf-8")
 
 

@@ -2,7 +2,8 @@
 
 Degrees of freedom, in order: platform x, y [m] and heading [rad] of B in O; then, of a one-armed
 robot, six arm joints [rad] and the pen spring [m]; of a two-armed one, seven joints of the left arm
-and seven of the right one [rad].
+and seven of the right one [rad]; of one with a hand, seven arm joints and eight of the hand, which
+``hand_coupling`` gives from the eleven that are driven.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from typing import Any
 import dartpy as dart
 import numpy as np
 
-from deploy.robot import Robot, TwoArmRobot, load_robot, urdf_text
+from deploy.robot import HandRobot, Robot, TwoArmRobot, load_robot, urdf_text
 
 PLATFORM = slice(0, 3)
 ARM = slice(3, 9)
@@ -59,6 +60,32 @@ def load_two_arm_skeleton(name: str) -> tuple[TwoArmRobot, Any]:
         axis = np.asarray(moved.getAxis()).reshape(3)
         add_inertia(moved.getChildBodyNode(), rotor * np.outer(axis, axis))
     return robot, skeleton
+
+
+def load_hand_skeleton(name: str) -> tuple[HandRobot, Any]:
+    """Load the description and skeleton of a robot with a hand; its coupled joints are mimics.
+
+    Raises:
+        BadFile: no such robot, another kind of robot, or a wrong entry in its description.
+    """
+    return load_robot(name, HandRobot), _parse(name)
+
+
+def hand_coupling(robot: HandRobot, skeleton: Any) -> tuple[list[int], np.ndarray]:
+    """Which degrees of freedom are driven, and how all move with them.
+
+    Returns:
+        Indices of the eleven driven ones, arm then hand; S with rates of all = S rates of the
+        driven ones, shape (dofs, 11), zero for the platform.
+    """
+    names = [skeleton.getDof(i).getName() for i in range(skeleton.getNumDofs())]
+    leaders = [*robot.arm.joints, *robot.hand.drives]
+    S = np.zeros((len(names), len(leaders)))
+    for column, leader in enumerate(leaders):
+        S[names.index(leader), column] = 1.0
+    for follower, leader, ratio in robot.hand.followers:
+        S[names.index(follower), leaders.index(leader)] = ratio
+    return [names.index(leader) for leader in leaders], S
 
 
 def _parse(name: str) -> Any:

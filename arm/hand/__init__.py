@@ -1,0 +1,1 @@
+"""A hand that feels: touch, grasp residuals and what they make the fingers do, grasp quality."""

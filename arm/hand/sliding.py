@@ -1,0 +1,123 @@
+"""Slides contacts to a grasp: residual gradients, at 50 Hz, to references for the fingertips.
+
+One update: contacts from the load cells, the displacements of ``residuals`` (three contacts) or
+``virtual`` (finger 0 against 1 and 2 as one), references moved by them. It has converged when both
+residuals have stayed small, and is stuck when the larger has not fallen for a while.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arm.hand import residuals, virtual
+
+Array = NDArray[np.float64]
+
+PERIOD = 0.02
+"""Of an update [s]."""
+
+
+@dataclass(frozen=True)
+class Way:
+    """Which controller slides, and when it is done.
+
+    Attributes:
+        pair: fingers 1 and 2 act as one virtual contact.
+        kind: what is descended; ``sequential`` is C*.
+        variant: of the virtual contact.
+        radius: characteristic one [m].
+        alpha: step along the gradient.
+        most: longest displacement of an update [m].
+        leash: largest distance of a reference from its tip [m].
+        small: both residuals are below this when converged.
+        times: updates for which they must be.
+        plateau: time without progress after which it is stuck [s].
+        progress: what counts as progress of the residuals' norm.
+    """
+
+    pair: bool = False
+    kind: str = "sum"
+    variant: virtual.Variant = "physical"
+    radius: float = 0.05
+    alpha: float = 0.04
+    most: float = 0.001
+    leash: float = 0.004
+    small: float = 0.15
+    times: int = 5
+    plateau: float = 3.0
+    progress: float = 0.02
+
+
+class Slider:
+    """References for three fingertips; see the module.
+
+    Attributes:
+        rho, moment: norms of the residuals of the last update.
+        history: of both, a pair an update.
+        updates: so far, until it converged.
+        converged: since then it goes on, for what is left.
+        references: for the tips' middles, in B, shape (3, 3) [m].
+    """
+
+    def __init__(self, way: Way, middles: Array) -> None:
+        self.way = way
+        self.references = middles.copy()
+        self.rho = self.moment = np.inf
+        self.history: list[tuple[float, float]] = []
+        self.updates = 0
+        self.converged = False
+        self._good = 0
+        self._least = np.inf
+        self._since = 0
+        self._sequence = residuals.Sequential()
+
+    @property
+    def stuck(self) -> bool:
+        """Whether there has been no progress for ``Way.plateau``."""
+        return not self.converged and self._since * PERIOD >= self.way.plateau
+
+    def update(self, normals: Array, points: Array, middles: Array) -> None:
+        """Move the references by one step.
+
+        Args:
+            normals: into the object, in B, shape (3, 3).
+            points: of contact, in B, shape (3, 3) [m].
+            middles: of the tips, in B, shape (3, 3) [m].
+        """
+        w = self.way
+        if w.pair:
+            rho, moment = virtual.residuals(normals, points, virtual.PAIR, w.radius, w.variant)
+        else:
+            rho, moment = residuals.residuals(normals, points, w.radius)
+        self.rho, self.moment = float(np.linalg.norm(rho)), float(np.linalg.norm(moment))
+        self.history.append((self.rho, self.moment))
+        self._judge()
+        kind: residuals.Kind = (
+            self._sequence.choose(rho) if w.kind == "sequential" else w.kind  # type: ignore
+        )
+        if w.pair:
+            step = virtual.displacements(
+                normals, points, virtual.PAIR, w.radius, w.alpha, kind, w.variant, w.most
+            )
+        else:
+            step = residuals.displacements(normals, points, w.radius, w.alpha, kind, w.most)
+        away = self.references + step - middles
+        away -= normals * np.sum(away * normals, axis=1)[:, None]
+        far = np.linalg.norm(away, axis=1)[:, None]
+        self.references = middles + away * np.minimum(1.0, w.leash / np.maximum(far, 1e-9))
+
+    def _judge(self) -> None:
+        if self.converged:
+            return
+        self.updates += 1
+        small = max(self.rho, self.moment) < self.way.small
+        self._good = self._good + 1 if small else 0
+        self.converged = self._good >= self.way.times
+        size = float(np.hypot(self.rho, self.moment))
+        if size < self._least - self.way.progress:
+            self._least, self._since = size, 0
+        else:
+            self._since += 1

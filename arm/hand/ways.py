@@ -1,0 +1,96 @@
+"""Ways of the arm between grasps: away from an object and to it again, and up with it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation, Slerp
+
+from arm.hand.model import ARM, SPREAD, HandModel, Placed
+from arm.hand.plan import Plan
+from arm.hand.reaching import Guess, Path, across, look, opened, solve
+
+Array = NDArray[np.float64]
+
+BACK = 0.12
+"""From where the fingers close to where the hand turns about the object [m]."""
+DRAWS = 20
+
+
+def elsewhere(
+    model: HandModel,
+    guess: Guess,
+    plan: Plan,
+    at: Placed,
+    line: Array | None,
+    rng: np.random.Generator,
+) -> Path | None:
+    """Open, back off, and come again as the plan wants further tries; None if no reach is found.
+
+    On an object that is not round the fingers slide towards its narrow side, often too far around
+    it for one reach. The next one of a plan that is ``level`` grasps along the line that the last
+    one had come to, so that what it learned is kept.
+
+    Args:
+        model: as last placed at ``at``.
+        guess: where the object is believed to stand.
+        plan: how to grasp.
+        at: the hand as it is.
+        line: from finger 0 to the pair when the last try ended, shape (3,); None if it slid little.
+        rng: draws the reach.
+    """
+    open_ = model.robot.hand.open
+    wide = opened(at.q[ARM], at.q[SPREAD], min(0.3, open_))
+    R, p = model.palm()
+    back = solve(model, R, p - BACK * R[:, 2], rng, near=at.q[ARM])
+    for _ in range(DRAWS):
+        tilt, side = rng.uniform(*plan.again), rng.uniform(-1.2, 1.2)
+        yaw = rng.uniform(-np.pi, np.pi)
+        if plan.level:
+            yaw = np.copysign(np.pi / 2, yaw) + rng.uniform(-0.2, 0.2)
+            if line is not None:
+                side = across(guess, line)
+        R, p = look(guess, tilt, side, yaw)
+        there = solve(model, R, p, rng, near=back)
+        if there is None:
+            continue
+        above = solve(model, R, p - BACK * R[:, 2], rng, near=there)
+        if above is None or np.abs(above - there).max() > 1.0:
+            continue
+        around = _around(model, guess, back, above, rng) if back is not None else []
+        return Path(
+            [at.q, wide]
+            + [opened(arm, wide[SPREAD], open_) for arm in around]
+            + [opened(above, plan.spread, open_), opened(there, plan.spread, open_)]
+        )
+    return None
+
+
+def upwards(model: HandModel, q: Array, height: float, rng: np.random.Generator) -> Path:
+    """Straight up from joints q (11,), as far as the arm can, the fingers as they are [m]."""
+    R, p, _ = model.palm_at(q)
+    points = [q]
+    for up in np.linspace(0.0, height, 4)[1:]:
+        arm = solve(model, R, p + [0.0, 0.0, up], rng, near=points[-1][ARM])
+        if arm is None or np.abs(arm - points[-1][ARM]).max() > 0.5:
+            break
+        points.append(np.concatenate([arm, q[SPREAD:]]))
+    return Path(points, speed=0.25)
+
+
+def _around(
+    model: HandModel, guess: Guess, back: Array, above: Array, rng: np.random.Generator
+) -> list[Array]:
+    """Arm joints on a way around the object, from one to the other: a straight one cuts it."""
+    from_, to = (model.palm_at(opened(arm, 0.0, 0.0))[:2] for arm in (back, above))
+    turn = Slerp([0.0, 1.0], Rotation.from_matrix(np.array([from_[0], to[0]])))
+    a, b = from_[1] - guess.point, to[1] - guess.point
+    far = max(float(np.linalg.norm(a)), float(np.linalg.norm(b)))
+    out = [back]
+    for s in (0.25, 0.5, 0.75):
+        way = (1.0 - s) * a / np.linalg.norm(a) + s * b / np.linalg.norm(b)
+        p = guess.point + far * way / np.linalg.norm(way)
+        arm = solve(model, turn(s).as_matrix(), p, rng, near=out[-1])
+        if arm is not None and np.abs(arm - out[-1]).max() < 1.2:
+            out.append(arm)
+    return out

@@ -1,0 +1,121 @@
+"""Objects to be grasped by a hand: convex pieces on an upright axis, sizes stated here.
+
+| name | pieces | profile [m] | height [m] | mass [kg] |
+|---|---|---|---|---|
+| roll | cylinder | diameter 0.10 | 0.20 | 0.5 |
+| squirt | ellipsoid body, neck, nozzle head | 0.060 x 0.085 | 0.20 | 0.5 |
+| detergent | wide ellipsoid, slimmer one above (a taper), cap | 0.065 x 0.095 | 0.21 | 0.5 |
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import dartpy as dart
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A convex piece of an object, its middle on the object's axis.
+
+    Attributes:
+        kind: ``cylinder`` (diameter, diameter, height), ``ellipsoid`` (diameters) or ``box``.
+        size: [m].
+        height: of its middle above the object's foot [m].
+    """
+
+    kind: str
+    size: tuple[float, float, float]
+    height: float
+
+
+@dataclass(frozen=True)
+class Thing:
+    """An object standing on its foot, its axis along z.
+
+    Attributes:
+        pieces: of its body.
+        height: of the whole [m].
+        mass: [kg].
+        grasp: stretch of the axis that a reach aims at, above the foot [m].
+        radius: characteristic one, that weighs moments against forces [m].
+    """
+
+    pieces: tuple[Piece, ...]
+    height: float
+    mass: float
+    grasp: tuple[float, float]
+    radius: float = 0.05
+
+
+THINGS = {
+    "roll": Thing(
+        (Piece("cylinder", (0.10, 0.10, 0.20), 0.10),), height=0.20, mass=0.5, grasp=(0.12, 0.15)
+    ),
+    "squirt": Thing(
+        (
+            Piece("ellipsoid", (0.060, 0.085, 0.17), 0.085),
+            Piece("cylinder", (0.024, 0.024, 0.04), 0.165),
+            Piece("box", (0.024, 0.05, 0.02), 0.19),
+            Piece("cylinder", (0.06, 0.06, 0.01), 0.005),
+        ),
+        height=0.20,
+        mass=0.5,
+        grasp=(0.085, 0.115),
+    ),
+    "detergent": Thing(
+        (
+            Piece("ellipsoid", (0.065, 0.095, 0.17), 0.085),
+            Piece("ellipsoid", (0.050, 0.070, 0.16), 0.11),
+            Piece("cylinder", (0.036, 0.036, 0.03), 0.195),
+            Piece("cylinder", (0.06, 0.06, 0.01), 0.005),
+        ),
+        height=0.21,
+        mass=0.5,
+        grasp=(0.085, 0.115),
+    ),
+}
+"""Objects by name."""
+
+
+def build(thing: Thing, friction: float, fixed: bool, mass: float, scale: float = 1.0) -> Any:
+    """A DART skeleton of an object, one body named ``object`` with its origin at the foot.
+
+    Args:
+        thing: what to build.
+        friction: of its surface [1].
+        fixed: bolted to where it stands.
+        mass: [kg].
+        scale: of its profile, not of its height [1].
+    """
+    skeleton = dart.dynamics.Skeleton("object")
+    if fixed:
+        _, body = skeleton.createWeldJointAndBodyNodePair()
+    else:
+        _, body = skeleton.createFreeJointAndBodyNodePair()
+    body.setName("object")
+    for piece in thing.pieces:
+        node = body.createShapeNode(_shape(piece, scale))
+        X = dart.math.Isometry3()
+        X.set_translation(np.array([0.0, 0.0, piece.height]))
+        node.setRelativeTransform(X)
+        node.createVisualAspect()
+        node.createCollisionAspect()
+        node.createDynamicsAspect().setFrictionCoeff(friction)
+    x, y = (scale * v for v in thing.pieces[0].size[:2])
+    h = thing.height
+    # of a solid elliptic cylinder: what is inside a bottle does not matter here
+    moment = np.diag([y * y / 16 + h * h / 12, x * x / 16 + h * h / 12, (x * x + y * y) / 16])
+    body.setInertia(dart.dynamics.Inertia(mass, np.array([0.0, 0.0, 0.45 * h]), mass * moment))
+    return skeleton
+
+
+def _shape(piece: Piece, scale: float) -> Any:
+    x, y, z = piece.size[0] * scale, piece.size[1] * scale, piece.size[2]
+    if piece.kind == "cylinder":
+        return dart.dynamics.CylinderShape(x / 2, z)
+    if piece.kind == "ellipsoid":
+        return dart.dynamics.EllipsoidShape([x, y, z])
+    return dart.dynamics.BoxShape([x, y, z])

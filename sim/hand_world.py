@@ -1,0 +1,280 @@
+"""The DART world of a hand on an arm: robot, table, an object; touched by tips, links and palm.
+
+Traps of dartpy that shape this file: shape nodes must outlive contacts, sleeping must be off,
+force actuators are not clamped. Coupled joints are plain mimics: with the coupler constraint and
+friction the tips bounce (docs/grasping.md).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import dartpy as dart
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from deploy.robot import HandRobot
+from deploy.skeleton import hand_coupling, load_hand_skeleton
+from sim.effects import GRAVITY
+from sim.hand_objects import THINGS, Thing, build
+
+Array = NDArray[np.float64]
+
+TABLE = (0.5, 0.0, 0.5)
+"""Middle of the table's top [m]."""
+TABLE_SIZE = (0.5, 0.9, 0.04)
+"""[m]"""
+RUBBER = 1.5
+"""Friction of tips and table, high enough that the object's own decides [1]."""
+PLACE = (0.5, 0.0)
+"""Where the object stands [m]."""
+
+
+@dataclass(frozen=True)
+class HandMismatch:
+    """How much the simulated robot differs from its description, each way, drawn by seed."""
+
+    inertia: float = 0.0
+    """Of masses and moments, link by link [1]."""
+    friction: float = 0.2
+    """Of joint friction, where there is any [1]."""
+    bias: float = 1.0
+    """Of a load cell before it is tared [N]; a hundredth of it in moments [N m]."""
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What is in the world.
+
+    Attributes:
+        thing: one of ``THINGS``; None: the table is empty.
+        yaw: of the object about its axis [rad].
+        fixed: the object is bolted down.
+        friction: of the object [1].
+        mass: of the object [kg].
+        scale: of its profile [1].
+        arm_friction: the arm's joints have their Coulomb friction.
+        finger_friction: the hand's drives have theirs.
+        dead: finger whose load cell reads a constant, None if all work.
+        mismatch: see there.
+        step: of the physics [s].
+    """
+
+    thing: str | None = "roll"
+    yaw: float = 0.0
+    fixed: bool = True
+    friction: float = 0.3
+    mass: float = 0.5
+    scale: float = 1.0
+    arm_friction: bool = False
+    finger_friction: bool = False
+    dead: int | None = None
+    mismatch: HandMismatch = HandMismatch()
+    step: float = 0.001
+
+
+class HandWorld:
+    """Robot and world, advanced by the step of the physics; the platform stands.
+
+    Attributes:
+        robot: the description (not the truth).
+        thing: the object, None if there is none.
+    """
+
+    def __init__(self, name: str, setting: Setting, rng: np.random.Generator) -> None:
+        self.robot: HandRobot
+        self.robot, self._skeleton = load_hand_skeleton(name)
+        self.setting = setting
+        self._leaders, self._S = hand_coupling(self.robot, self._skeleton)
+        self._rng = rng
+        hand = self.robot.hand
+        self._tips = [self._skeleton.getBodyNode(tip) for tip in hand.tips]
+        self._tip_weight = np.array([tip.getMass() * GRAVITY for tip in self._tips])
+        self._differ()
+        self._bias = rng.uniform(-1.0, 1.0, (3, 6)) * setting.mismatch.bias
+        self._bias[:, 3:] *= 0.01
+        cell = self.robot.load_cell
+        self._noise = np.repeat([cell.force_noise, cell.moment_noise], 3)
+        for joint_name in ("platform_x", "platform_y", "platform_heading"):
+            joint = self._skeleton.getJoint(joint_name)
+            joint.setActuatorType(dart.dynamics.ActuatorType.LOCKED)
+        for joint_name in (*self.robot.arm.joints, *hand.drives):
+            self._skeleton.getJoint(joint_name).setLimitEnforcement(True)
+        self._world = dart.simulation.World()
+        self._world.setTimeStep(setting.step)
+        self._world.setGravity([0.0, 0.0, -GRAVITY])
+        options = self._world.getDeactivationOptions()
+        options.mEnabled = False
+        self._world.setDeactivationOptions(options)
+        self._world.getConstraintSolver().setCollisionDetector(
+            dart.collision.FCLCollisionDetector()
+        )
+        self._world.addSkeleton(self._skeleton)
+        self._world.addSkeleton(_table())
+        self.thing: Thing | None = None if setting.thing is None else THINGS[setting.thing]
+        self._object: Any = None
+        if self.thing is not None:
+            skeleton = build(
+                self.thing, setting.friction, setting.fixed, setting.mass, setting.scale
+            )
+            self._world.addSkeleton(skeleton)
+            self._object = skeleton.getBodyNode(0)
+            self._stand(skeleton)
+        # held for the life of the world: a contact whose shape node is gone crashes the process
+        self._nodes: list[tuple[Any, str]] = []
+        for index in range(self._world.getNumSkeletons()):
+            for body in self._world.getSkeleton(index).getBodyNodes():
+                self._nodes += [(node, body.getName()) for node in body.getShapeNodes()]
+        for node, body_name in self._nodes:
+            if node.hasCollisionAspect() and body_name != "object":
+                node.getDynamicsAspect().setFrictionCoeff(RUBBER)
+        self._limit = np.array(self.robot.arm.torque_limit + hand.torque_limit)
+        self._forces = np.zeros(self._skeleton.getNumDofs())
+        self.time = 0.0
+        self.gravity_on_object = np.array([0.0, 0.0, -GRAVITY])
+        self.push = np.zeros(3)
+
+    # --- state ------------------------------------------------------------------------------
+
+    def put(self, q: Array) -> None:
+        """Place the driven joints, shape (11,) [rad]; everything rests."""
+        self._skeleton.setPositions(self._S @ q)
+        self._skeleton.setVelocities(np.zeros(self._S.shape[0]))
+
+    @property
+    def q(self) -> Array:
+        """True positions of the driven joints, arm then hand, shape (11,) [rad]."""
+        return np.asarray(self._skeleton.getPositions())[self._leaders]
+
+    @property
+    def qd(self) -> Array:
+        """True rates of them, shape (11,) [rad/s]."""
+        return np.asarray(self._skeleton.getVelocities())[self._leaders]
+
+    def tips(self) -> Array:
+        """Middles of the tips in B, shape (3, 3) [m]."""
+        return np.array([_transform(tip)[1] for tip in self._tips])
+
+    def cells(self, samples: int = 1) -> Array:
+        """Wrench of the world on each tip in the tip's frame, with bias and noise, (3, 6).
+
+        Noise is that of a mean of so many ``samples`` of 1 ms.
+        Force then moment about the tip's middle [N, N m], without the weight of the tip as
+        described. What the tip's acceleration takes is in it, as in a real cell.
+        """
+        out = np.empty((3, 6))
+        for i, tip in enumerate(self._tips):
+            sent = tip.getBodyForce()
+            R = np.asarray(tip.getWorldTransform().rotation())
+            out[i, :3] = -sent[3:] + self._tip_weight[i] * R[2]
+            out[i, 3:] = -sent[:3]
+        out += self._bias + self._noise / math.sqrt(samples) * self._rng.standard_normal((3, 6))
+        if self.setting.dead is not None:
+            out[self.setting.dead] = self._bias[self.setting.dead]
+        return out
+
+    def palm(self) -> tuple[Array, Array]:
+        """R_BH, shape (3, 3), and p_BH, shape (3,) [m]."""
+        return _transform(self._skeleton.getBodyNode(self.robot.hand.palm))
+
+    def object(self) -> tuple[Array, Array]:
+        """R_BX, shape (3, 3), and p_BX of the object's foot, shape (3,) [m]."""
+        if self._object is None:
+            return np.eye(3), np.array([*PLACE, TABLE[2]])
+        return _transform(self._object)
+
+    def contacts(self) -> dict[str, Array]:
+        """What touches the object or the table, by body of the robot: rows of point, force.
+
+        Each value has shape (n, 6): point in B [m], force on the body of the robot in B [N].
+        """
+        found: dict[str, list[Array]] = {}
+        for contact in self._world.getLastCollisionResult().getContacts():
+            first = self._body_of(contact.collisionObject1.getShapeFrame())
+            second = self._body_of(contact.collisionObject2.getShapeFrame())
+            force = np.asarray(contact.force).reshape(3)
+            point = np.asarray(contact.point).reshape(3)
+            for body, other, sign in ((first, second, 1.0), (second, first, -1.0)):
+                if body not in ("object", "table") and other in ("object", "table"):
+                    found.setdefault(body, []).append(np.concatenate([point, sign * force]))
+        return {body: np.array(rows) for body, rows in found.items()}
+
+    def colliding(self) -> bool:
+        """Whether the robot, as placed, overlaps the object or the table."""
+        option = dart.collision.CollisionOption(True, 100, dart.collision.BodyNodeCollisionFilter())
+        result = dart.collision.CollisionResult()
+        self._world.checkCollision(option, result)
+        for contact in result.getContacts():
+            sides = (contact.collisionObject1, contact.collisionObject2)
+            if {self._body_of(side.getShapeFrame()) for side in sides} != {"object", "table"}:
+                return True
+        return False
+
+    # --- step -------------------------------------------------------------------------------
+
+    def step(self, torque: Array) -> None:
+        """Advance by one step under torques of the driven joints, shape (11,) [N m]."""
+        self._forces[self._leaders] = np.clip(torque, -self._limit, self._limit)
+        self._skeleton.setForces(self._forces)
+        if self._object is not None and not self.setting.fixed:
+            extra = self.setting.mass * (self.gravity_on_object + [0.0, 0.0, GRAVITY]) + self.push
+            if np.any(extra):
+                self._object.addExtForce(extra, self._object.getLocalCOM(), False, True)
+        self._world.step()
+        self.time += self.setting.step
+
+    def _body_of(self, frame: Any) -> str:
+        return next((name for node, name in self._nodes if frame is node), "")
+
+    def _stand(self, skeleton: Any) -> None:
+        X = dart.math.Isometry3()
+        X.set_translation(np.array([*PLACE, TABLE[2]]))
+        X.set_rotation(Rotation.from_rotvec([0.0, 0.0, self.setting.yaw]).as_matrix())
+        if self.setting.fixed:
+            skeleton.getJoint(0).setTransformFromParentBodyNode(X)
+        else:
+            skeleton.setPositions(dart.dynamics.FreeJoint.convertToPositions(X))
+
+    def _differ(self) -> None:
+        """Draw what this run's robot differs in from its description."""
+        s = self.setting
+        bodies = [b for b in self._skeleton.getBodyNodes() if b.getMass() > 0.01]
+        for body in bodies:
+            mass, moment = 1.0 + s.mismatch.inertia * self._rng.uniform(-1.0, 1.0, 2)
+            old = body.getInertia()
+            body.setInertia(
+                dart.dynamics.Inertia(
+                    old.getMass() * mass, old.getLocalCOM(), old.getMoment() * mass * moment
+                )
+            )
+        arm, hand = self.robot.arm, self.robot.hand
+        for names, values, on in (
+            (arm.joints, arm.coulomb_friction, s.arm_friction),
+            (hand.drives, hand.coulomb_friction, s.finger_friction),
+        ):
+            for name, value in zip(names, values, strict=True):
+                drawn = value * (1.0 + s.mismatch.friction * self._rng.uniform(-1.0, 1.0))
+                self._skeleton.getJoint(name).setCoulombFriction(0, drawn if on else 0.0)
+
+
+def _transform(body: Any) -> tuple[Array, Array]:
+    X = body.getWorldTransform()
+    return np.asarray(X.rotation()), np.asarray(X.translation()).reshape(3)
+
+
+def _table() -> Any:
+    skeleton = dart.dynamics.Skeleton("table")
+    skeleton.setMobile(False)
+    joint, body = skeleton.createWeldJointAndBodyNodePair()
+    body.setName("table")
+    node = body.createShapeNode(dart.dynamics.BoxShape(list(TABLE_SIZE)))
+    node.createVisualAspect()
+    node.createCollisionAspect()
+    node.createDynamicsAspect()
+    X = dart.math.Isometry3()
+    X.set_translation(np.array([TABLE[0], TABLE[1], TABLE[2] - TABLE_SIZE[2] / 2]))
+    joint.setTransformFromParentBodyNode(X)
+    return skeleton
