@@ -34,6 +34,8 @@ FREE = 8.0
 """Force on a tip that ends a way through the air [N]."""
 SLID = 15
 """Updates from which on a try has learned something of the object's shape."""
+STRETCHED, CURLED = 0.35, 1.8
+"""Flexions beyond which a link would strike the object next [rad]."""
 RATE, FIRST = 0.4, 0.6
 """Fingers close with this [rad/s], and press with this once they touch [N]."""
 
@@ -191,6 +193,8 @@ class Grasp:
                 self._fail("a link struck the object", t, at)
             elif self._off.max() > LOST:
                 self._fail("lost touch", t, at)
+            elif at.q[FLEX].min() < STRETCHED or at.q[FLEX].max() > CURLED:
+                self._fail("fingers out of their range", t, at)
             elif self.slider.stuck:
                 self._fail("stuck", t, at)
             elif self.slider.converged and len(self.slider.history) * PERIOD >= (
