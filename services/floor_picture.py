@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 from numpy.typing import NDArray
 
-from deploy.robot import load_robot
+from deploy.robot import Equipped, load_robot
 from services.floor_things import HALO, Way, board_ends, corners, nearest, obstacles, seen, walkers
 from services.runlog import RunLog
 from services.topics import ESTIMATE, TRUTH
@@ -56,7 +56,7 @@ def floor(log: RunLog, title: str, scenario: Scenario) -> Figure | None:
     way = Way(*(np.array([getattr(x, k) for x in truth]) for k in ("t", "pose", "velocity")))
     if np.hypot(*np.ptp(way.pose[:, :2], axis=0)) < MOVED and not scenario.world.obstacle:
         return None
-    robot = load_robot(scenario.robot)
+    robot = load_robot(scenario.robot, Equipped)
     low, high = _view(way, scenario, robot.chassis.radius)
     size = (high - low) * SIDE / float((high - low).max())
     # everything beside the plan in inches, so that the legend never lies on it

@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.patches import Circle, Polygon
 from numpy.typing import NDArray
 
-from deploy.robot import Robot
+from deploy.robot import Equipped
 from services.evaluation import hermite
 from services.runlog import RunLog
 from services.topics import SCAN
@@ -80,7 +80,7 @@ def obstacles(axis: Any, scenario: Scenario) -> None:
         axis.plot(*ends.T, color="black", lw=4, solid_capstyle="butt", zorder=2.5, label="board")
 
 
-def seen(axis: Any, log: RunLog, way: Way, robot: Robot) -> None:
+def seen(axis: Any, log: RunLog, way: Way, robot: Equipped) -> None:
     """Draw where the laser's beams ended, from where the platform truly was."""
     if robot.laser is None:
         return
