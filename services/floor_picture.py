@@ -107,7 +107,11 @@ def _view(way: Way, scenario: Scenario, radius: float) -> tuple[Array, Array]:
     own = np.concatenate(places)
     low, high = own.min(axis=0) - 1.3 * radius, own.max(axis=0) + 1.3 * radius
     place, around = np.array([board.x, board.y]), []
-    if (place > low - BOARD_NEAR).all() and (place < high + BOARD_NEAR).all():
+    if scenario.world.box is not None:  # a table, and no board
+        table = scenario.world.table
+        half = 0.5 * math.hypot(*table.size)
+        around.append(np.array([table.x, table.y]) + half * np.array([[-1, -1], [1, 1]]))
+    elif (place > low - BOARD_NEAR).all() and (place < high + BOARD_NEAR).all():
         around.append(board_ends(scenario))
     for spec in scenario.world.obstacle:
         if isinstance(spec, Mover):

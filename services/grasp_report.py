@@ -90,7 +90,7 @@ def grasp(log: RunLog, title: str) -> Figure | None:
         return None
     edges = Edges()
     figure, axes = plt.subplots(
-        4, 1, figsize=(11, 9), sharex=True, height_ratios=(1.4, 2, 2, 2), layout="constrained"
+        4, 1, figsize=(11, 9), sharex=True, height_ratios=(2, 2, 2, 1.5), layout="constrained"
     )
     bars, line, force, height = axes
     _regions(bars, log, seen, edges)
@@ -105,7 +105,11 @@ def grasp(log: RunLog, title: str) -> Figure | None:
     height.plot(seen.t, 1e3 * seen.height, color="#1b7f3b")
     height.set(ylabel="box up by [mm]", xlabel="t [s]")
     for axis in (line, force):
-        axis.legend(loc="upper left", fontsize=8)
+        axis.legend(loc="center right", fontsize=8)
+    # the drive is in the picture of the floor
+    near = seen.distance < edges.distance[1]
+    since = float(seen.t[int(np.argmax(near))]) - 1.0 if near.any() else 0.0
+    height.set_xlim(max(since, 0.0), float(seen.t[-1]))
     figure.suptitle(title)
     return figure
 
@@ -123,12 +127,12 @@ def _regions(axis: plt.Axes, log: RunLog, seen: Palmed, edges: Edges) -> None:
     for row, (name, where) in enumerate(inside.items()):
         axis.fill_between(seen.t, row - 0.35, row + 0.35, where=where.tolist(), label=name, lw=0)
     axis.set_yticks(range(len(inside)), list(inside))
-    axis.set(ylim=(-0.6, 6.4), title="inside the goal regions, and the node that runs", xlabel="")
+    axis.set(ylim=(-0.6, 9.0))
     before, free = "", -math.inf
     for t, node in zip(times, names, strict=True):
         if node and node != before:
             axis.axvline(t, color="0.7", lw=0.6)
-            if t - free > 0.02 * float(seen.t[-1]):
-                axis.text(t, 3.6, node, fontsize=7, rotation=60, va="bottom")
+            if t - free > 0.15:
+                axis.text(t, 3.6, node, fontsize=7, rotation=60, va="bottom", clip_on=True)
                 free = t
         before = node
