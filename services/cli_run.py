@@ -33,6 +33,11 @@ PLATFORM_LABELS = {
     "platform_stops": "stops on the way",
     "platform_blocked_s": "blocked or stopped [s]",
 }
+GRASP_LABELS = {
+    "box_height_mm": "box above where it stood, at the end [mm]",
+    "box_tilt_deg": "largest tilt of the box off the table [deg]",
+    "palm_force_peak_n": "largest force on a palm [N]",
+}
 LABELS = {
     "estimate_rms_mm": "estimate error, rms [mm]",
     "estimate_rms_deg": "estimate error, rms [deg]",
@@ -79,7 +84,7 @@ def run(
         show(done.result)
         what = "log and pictures" if pictures else "log"
         console.print(f"{what} in {folder}", highlight=False)
-    if not done.result["outcome"].startswith("finished"):
+    if not done.result["outcome"].startswith("finished") or done.result.get("lifted") is False:
         raise typer.Exit(1)
 
 
@@ -95,7 +100,11 @@ def show(result: dict[str, Any]) -> None:
     title = f"{result['scenario']}, observer {result['observer']}, seed {result['seed']}"
     table = Table(title=title, show_header=False)
     table.add_row("outcome", str(result["outcome"]))
-    pen = PEN_LABELS if result.get("arm_worked", True) else {}
+    grasps = "lifted" in result
+    pen = PEN_LABELS if result.get("arm_worked", True) and not grasps else {}
+    if grasps:
+        table.add_row("box lifted", "yes" if result["lifted"] else "no")
+        pen = GRASP_LABELS
     platform = {k: v for k, v in PLATFORM_LABELS.items() if result.get(k) is not None}
     for key, label in (pen | platform | LABELS).items():
         value = result.get(key)

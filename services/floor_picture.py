@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 from numpy.typing import NDArray
 
-from deploy.robot import load_robot
+from deploy.robot import Equipped, load_robot
 from services.floor_things import HALO, Way, board_ends, corners, nearest, obstacles, seen, walkers
 from services.runlog import RunLog
 from services.topics import ESTIMATE, TRUTH
@@ -56,7 +56,7 @@ def floor(log: RunLog, title: str, scenario: Scenario) -> Figure | None:
     way = Way(*(np.array([getattr(x, k) for x in truth]) for k in ("t", "pose", "velocity")))
     if np.hypot(*np.ptp(way.pose[:, :2], axis=0)) < MOVED and not scenario.world.obstacle:
         return None
-    robot = load_robot(scenario.robot)
+    robot = load_robot(scenario.robot, Equipped)
     low, high = _view(way, scenario, robot.chassis.radius)
     size = (high - low) * SIDE / float((high - low).max())
     # everything beside the plan in inches, so that the legend never lies on it
@@ -107,7 +107,11 @@ def _view(way: Way, scenario: Scenario, radius: float) -> tuple[Array, Array]:
     own = np.concatenate(places)
     low, high = own.min(axis=0) - 1.3 * radius, own.max(axis=0) + 1.3 * radius
     place, around = np.array([board.x, board.y]), []
-    if (place > low - BOARD_NEAR).all() and (place < high + BOARD_NEAR).all():
+    if scenario.world.box is not None:  # a table, and no board
+        table = scenario.world.table
+        half = 0.5 * math.hypot(*table.size)
+        around.append(np.array([table.x, table.y]) + half * np.array([[-1, -1], [1, 1]]))
+    elif (place > low - BOARD_NEAR).all() and (place < high + BOARD_NEAR).all():
         around.append(board_ends(scenario))
     for spec in scenario.world.obstacle:
         if isinstance(spec, Mover):

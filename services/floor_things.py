@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.patches import Circle, Polygon
 from numpy.typing import NDArray
 
-from deploy.robot import Robot
+from deploy.robot import Equipped
 from services.curves import hermite
 from services.runlog import RunLog
 from services.topics import SCAN
@@ -74,13 +74,31 @@ def obstacles(axis: Any, scenario: Scenario) -> None:
             axis.add_patch(Polygon(corners(spec), **style))
     if any(not isinstance(spec, Mover) for spec in scenario.world.obstacle):
         axis.plot([], [], "s", color=STANDS, mec="0.3", ms=10, label="obstacle")
+    if scenario.world.box is not None:  # a table, and no board
+        _table(axis, scenario)
+        return
     ends = board_ends(scenario)
     low, high = np.array([axis.get_xlim(), axis.get_ylim()]).T
     if ((ends > low) & (ends < high)).all():
         axis.plot(*ends.T, color="black", lw=4, solid_capstyle="butt", zorder=2.5, label="board")
 
 
-def seen(axis: Any, log: RunLog, way: Way, robot: Robot) -> None:
+def _table(axis: Any, scenario: Scenario) -> None:
+    """Draw the table's top and the box where it stood."""
+    table, box = scenario.world.table, scenario.world.box
+    assert box is not None
+    for spec, depth, width, colour, label in (
+        (table, table.size[0], table.size[1], "0.92", "table"),
+        (box, box.size[0], box.size[1], STANDS, "box, as it stood"),
+    ):
+        c, s = math.cos(spec.yaw), math.sin(spec.yaw)
+        own = 0.5 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * [depth, width]
+        points = np.array([spec.x, spec.y]) + own @ np.array([[c, s], [-s, c]])
+        axis.add_patch(Polygon(points, facecolor=colour, edgecolor="0.3", lw=0.8, zorder=1.2))
+        axis.plot([], [], "s", color=colour, mec="0.3", ms=10, label=label)
+
+
+def seen(axis: Any, log: RunLog, way: Way, robot: Equipped) -> None:
     """Draw where the laser's beams ended, from where the platform truly was."""
     if robot.laser is None:
         return

@@ -19,6 +19,7 @@ from matplotlib.figure import Figure
 from services.curves import distance_to_path, hermite
 from services.evaluation import Stroke, arm_worked, strokes_of
 from services.floor_picture import floor
+from services.grasp_report import grasp, palmed
 from services.runlog import RunLog
 from services.sharing_picture import sharing
 from services.topics import ARM_COMMAND, ARM_STATUS, ESTIMATE, TRUTH
@@ -50,7 +51,13 @@ def write_pictures(
         title: of each picture.
         scenario: that was run; without it there is no picture of the floor.
     """
-    pictures: dict[str, Callable[[RunLog, str], Figure | None]] = {
+    if palmed(log) is not None:  # no pen, no board
+        pictures: dict[str, Callable[[RunLog, str], Figure | None]]
+        pictures = {"grasp": grasp, "estimate": estimate, "torques": torques}
+        if scenario is not None:
+            pictures["floor"] = lambda log, title: floor(log, title, scenario)
+        return save(folder, ((name, draw(log, title)) for name, draw in pictures.items()))
+    pictures = {
         "board": board,
         "drawing": drawing,
         "estimate": estimate,

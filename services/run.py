@@ -13,6 +13,7 @@ from typing import Any
 
 from services.components import build_service
 from services.evaluation import arm_worked, figures_of, pen_figures
+from services.grasp_report import grasp_figures
 from services.lockstep import TICK, Lockstep
 from services.messages import BASE_ENDED, PROGRAM_ENDED
 from services.platform_figures import platform_figures
@@ -116,6 +117,7 @@ def all_figures(log: RunLog, scenario: Scenario) -> dict[str, float | bool | Non
         **figures_of(log),
         **pen_figures(log, scenario.task.board),
         **platform_figures(log, scenario.task.base),
+        **grasp_figures(log),
     }
 
 

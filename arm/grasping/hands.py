@@ -7,6 +7,7 @@ What is executed at once is derived by the algebra from the sequence (Platt et a
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -37,6 +38,8 @@ HARD = 50.0
 """Force from which a palm that presses gives way, at least [N], ..."""
 PUSHED = 20.0
 """... and one that means to touch nothing."""
+EASE = 0.30
+"""Over which palms that begin to reach come up to speed [s]."""
 Composition = Literal["null_space", "sum"]
 
 
@@ -82,12 +85,17 @@ class Hands:
         self.gm = self.force.subject_to(self.reach).called("gm")
         self.comply = self.moment.subject_to(self.force).subject_to(self.reach).called("comply")
         self.parallel: Composable = parallelised([self.reach, self.gm, self.comply])
+        self._moving = math.inf
         self.lifted = self.moment.subject_to(self.force).subject_to(self.carry).called("lifted")
 
     def reset(self) -> None:
         """Press no more, hold nothing."""
         self.force.reset()
         self.roll.release()
+
+    def begin(self) -> None:
+        """Come up to speed smoothly, from rest."""
+        self._moving = 0.0
 
     def execute(self, move: Move, scene: Scene) -> tuple[Array, Array]:
         """One tick of a move.
@@ -106,6 +114,10 @@ class Hands:
             qd = plain_sum([*rows, *below])
         else:
             qd = priorities([*first, *rows, *below], JOINTS).qd
+        self._moving += scene.dt
+        if self._moving < EASE and not any(scene.feel.yielding):
+            share = self._moving / EASE
+            qd = qd * (share * share * (3.0 - 2.0 * share))
         return qd, self._torque(move, scene)
 
     def _torque(self, move: Move, scene: Scene) -> Array:

@@ -41,11 +41,11 @@ class Reach(Objective):
     """
 
     name = "reach"
-    gain = 5.0
+    gain = 6.0
 
     def __init__(self) -> None:
         self.dead = 0.0
-        self.fastest = 0.25
+        self.fastest = 0.30
 
     def offsets(self, scene: Scene) -> Array:
         """From each palm to its target, along and up, shape (2, 2) [m]."""
@@ -124,11 +124,13 @@ class Inward(Objective):
         force: force asked for at each palm, inward, shape (2,) [N].
         gaps: palms stay this far in front of the box's sides, shape (2,) [m]; below 0: go on until
             they touch.
+        quick: a palm that is known to be ``BRAKES`` or more from the side goes there faster.
     """
 
     name = "force"
+    BRAKES = 0.008
     LIGHT = 5.0
-    RAMP = 120.0
+    RAMP = 160.0
     SPEED, FAST, CLOSES = 0.08, 0.20, 6.0
     DAMPING = 0.0005
     CREEP = 0.01
@@ -139,6 +141,7 @@ class Inward(Objective):
         self.goal = 25.0
         self.force = np.zeros(2)
         self.gaps = np.full(2, -1.0)
+        self.quick = False
         self._middle: Array | None = None
         self._leaning = 0.0
         self._reference = np.zeros(2)
@@ -211,6 +214,8 @@ class Inward(Objective):
         left = way - 0.5 * float(box.size[1]) - float(scene.half_palm[1])
         if self.gaps[i] >= 0.0:
             return min(max(self.CLOSES * (left - self.gaps[i]), -self.FAST), self.FAST)
+        if self.quick:
+            return min(max(self.CLOSES * (left - self.BRAKES), self.SPEED), self.FAST)
         return self.SPEED
 
 

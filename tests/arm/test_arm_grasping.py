@@ -14,7 +14,8 @@ from arm.grasping.feel import Feel
 from arm.grasping.hands import Hands, written
 from arm.grasping.model import JOINTS, TwoArmModel
 from arm.grasping.nodes import REGISTRY
-from arm.grasping.regions import NAMES, Regions
+from arm.grasping.nodes.pressing import press
+from arm.grasping.regions import NAMES, Edges, Regions
 from arm.grasping.scene import BoxPlace, Scene
 from arm.hds import load
 from arm.model import STANDING
@@ -61,6 +62,14 @@ def test_pressing_does_not_move_the_palms_off_the_line() -> None:
     qd = priorities(rows, JOINTS).qd
     assert reach.J @ qd == pytest.approx(reach.rate, abs=1e-9)
     assert np.abs(rows[1].J @ qd - rows[1].rate).max() < 1e-9
+
+
+def test_palms_that_touch_before_the_line_press_lightly_and_go_on_to_it() -> None:
+    """With a grip's wide dead zone they would stay outside the goal region for good."""
+    h = hands()
+    press(h, 25.0, scene(force=30.0), on_line=False)
+    assert h.force.goal == h.force.LIGHT
+    assert h.reach.dead < Edges().line[0]
 
 
 def test_goal_regions_nest_and_have_a_wider_way_out() -> None:

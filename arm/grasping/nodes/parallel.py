@@ -15,12 +15,10 @@ from arm.grasping.regions import Regions
 from arm.grasping.scene import Scene
 from arm.hds import Event, NodeType, Parameter, ParameterValue
 
-FAR, ON = 0.16, 0.05
+FAR, ON = 0.17, 0.07
 """Distances from the line between which the palms close in: fingertips pass the box's front corner
 at the first [m]."""
-SLIDES = 0.018
-"""Palms farther from the line than this press lightly, and slide along the box [m]."""
-OUTSIDE, BESIDE = 0.06, 0.015
+OUTSIDE, BESIDE = 0.06, 0.018
 """From the box's sides, kept by palms at these distances [m]."""
 
 
@@ -44,18 +42,18 @@ class GraspParallel:
         """Nothing has settled yet."""
         self._for = 0.0
         hands.reset()
+        hands.begin()
 
     def update(self, scene: Scene, hands: Hands, regions: Regions) -> Step:
         """Complied after ``Settle`` inside the goal region of the compliance."""
-        press(hands, self._force, scene)
+        press(hands, self._force, scene, regions["reach"])
         if not any(scene.feel.touches):
             hands.reach.dead = 0.0
         errors = hands.reach.error(scene)
-        if float(errors.max()) > SLIDES:  # pressed harder, the palms would take the box along
-            hands.force.goal = hands.force.LIGHT
         share = (errors - ON) / (FAR - ON)
         gaps = BESIDE + (OUTSIDE - BESIDE) * np.minimum(share, 1.0)
         hands.force.gaps = np.where(share > 0.0, gaps, -1.0)
+        hands.force.quick = True
         hands.preshape.firm = False
         below = (hands.roll, hands.preshape, hands.posture)
         if self._composition == "sum":

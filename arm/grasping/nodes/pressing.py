@@ -25,10 +25,19 @@ GRIPS = 10.0
 """Force of both palms from which they grip [N]."""
 
 
-def press(hands: Hands, force: float, scene: Scene) -> None:
-    """Set up objectives for palms in contact, or about to be."""
-    hands.force.goal = force
-    gripped = scene.feel.both and float(scene.feel.force.min()) > GRIPS
+def press(hands: Hands, force: float, scene: Scene, on_line: bool = True) -> None:
+    """Set up objectives for palms in contact, or about to be.
+
+    Args:
+        hands: whose.
+        force: to press with once on the line [N].
+        scene: of this tick.
+        on_line: the palms are in the goal region of the reach. Until they are they press lightly,
+            and slide along the box: with the wide dead zone of a grip they would stay outside.
+    """
+    hands.force.goal = force if on_line else hands.force.LIGHT
+    hands.force.quick = False
+    gripped = on_line and scene.feel.both and float(scene.feel.force.min()) > GRIPS
     hands.reach.dead = GRIPPED_DEAD if gripped else DEAD
     hands.force.keep(None)
 

@@ -34,6 +34,8 @@ class GraspReach:
         """Press no more."""
         hands.reset()
         self._opening = any(scene.feel.touches)
+        if not self._opening:
+            hands.begin()
 
     def update(self, scene: Scene, hands: Hands, regions: Regions) -> Step:
         """Reached inside the goal region."""
