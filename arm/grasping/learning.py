@@ -40,13 +40,19 @@ class Process:
 
 
 def process_of(graph: Graph, least: int = 1) -> Process:
-    """The process of what was sampled inside domains, of actions run at least so often."""
+    """The process of what was sampled inside domains, of actions run at least so often.
+
+    An action that has always led back to where it began is left out: it would be a way to wait for
+    nothing, and one that took no time a way to wait for ever.
+    """
     shape = len(STATES), len(ACTIONS)
     leads, seconds = np.zeros((*shape, shape[0])), np.zeros(shape)
     allowed = np.zeros(shape, dtype=bool)
     names = list(ACTIONS)
     for i, state in enumerate(STATES):
         for action in graph.known(state, least):
+            if graph.leads(state, action).get(state) == 1.0:
+                continue
             a = names.index(action)
             for after, p in graph.leads(state, action).items():
                 leads[i, a, STATES.index(after)] = p

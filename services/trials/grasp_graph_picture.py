@@ -47,7 +47,7 @@ def draw(graph: Graph) -> Figure:
     for i, ((state, after), words) in enumerate(sorted(drawn.items())):
         strong = (state, after) in main
         (x0, y0), (x1, y1) = PLACES[state], PLACES[after]
-        bend = -0.25 if abs(y1 - y0) > 0.1 or abs(x1 - x0) < 1.3 else -0.4
+        bend = -0.2 if abs(y1 - y0) > 0.1 or abs(x1 - x0) < 1.3 else -0.35
         axis.annotate(
             "",
             (x1, y1),
@@ -64,8 +64,9 @@ def draw(graph: Graph) -> Figure:
         # beside the middle of the arc
         dx, dy = x1 - x0, y1 - y0
         middle = (x0 + x1) / 2 + bend * dy / 2, (y0 + y1) / 2 - bend * dx / 2 - 0.12 * (i % 2)
-        if strong:
-            axis.text(*middle, "\n".join(words), fontsize=6, ha="center", va="center")
+        look = {"fontsize": 7 if strong else 5, "color": DRAWN if strong else "0.5"}
+        back = {"fc": "white", "ec": "none", "pad": 0.5}
+        axis.text(*middle, "\n".join(words), ha="center", va="center", bbox=back, **look)
     for state, place in PLACES.items():
         style = {"boxstyle": "round", "fc": "white", "ec": MEANT if state == GOAL else "0.3"}
         axis.text(

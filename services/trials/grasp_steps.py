@@ -210,7 +210,8 @@ def run_steps(
         harm = watch.harm(regions.held) or (
             "stop" if arms.executive.state == "protective_stop" else ""
         )
-        out.steps.append((state, name, after, round(fired - since, 3), harm))
+        if event or harm or fired < end:  # where one that was cut off would have led is not known
+            out.steps.append((state, name, after, round(fired - since, 3), harm))
         state = after
         if harm in ("off the table", "tilt", "stop"):
             break

@@ -112,3 +112,10 @@ def test_unsafe_runs_are_not_part_of_the_process() -> None:
     process = process_of(Graph.of(CHAIN))
     close = list(ACTIONS).index("close")
     assert not process.allowed[STATES.index("far_aside"), close]
+
+
+def test_an_action_that_changes_nothing_is_no_way_to_wait_for_ever() -> None:
+    """Though it takes no time."""
+    idle = [Sample("front", "rest", "front", 0.0)] * 5
+    process = process_of(Graph.of([*CHAIN, *idle]))
+    assert greedy(learn(process, 500, 1).q)["front"] == "close"

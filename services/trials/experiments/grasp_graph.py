@@ -2,13 +2,24 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 from pydantic import Field
 
-from arm.grasping.graph import ACTIONS, SEQUENCE, Graph, Sample, safe_actions
+from arm.grasping.graph import (
+    ACTIONS,
+    RUNNING,
+    SEQUENCE,
+    Graph,
+    Sample,
+    prepares,
+    safe_actions,
+    shortest,
+)
+from arm.grasping.learning import process_of, times_by
 from services.trials.experiment import Options as Base
 from services.trials.experiment import Row
 from services.trials.grasp_graph_samples import FILE, samples_of, write
@@ -18,6 +29,19 @@ from sim.scenario import Scenario, load_scenario
 
 SCENARIOS = {"far": "move_to_grasp", "front": "reach_to_grasp"}
 PROGRAM = "grasp_actions.hds"
+PAIRS = (
+    ("towards", "in_front"),
+    ("in_front", "close"),
+    ("close", "reach"),
+    ("close", "parallel"),
+    ("reach", "gm"),
+    ("gm", "comply"),
+    ("comply", "lift"),
+    ("parallel", "lift"),
+    ("open", "reach"),
+    ("back", "rest"),
+)
+"""Of the prepares graph, those that are told."""
 PUSHED = 3
 """Of so many trials one is pushed, at a time drawn from its seed."""
 
@@ -26,8 +50,9 @@ class Options(Base):
     """What may be chosen."""
 
     start: Literal["far", "front", "both"] = "both"
-    choice: Literal["safe", "any"] = "safe"
-    """Among the controllers whose domain has the state, or among all."""
+    choice: Literal["safe", "each", "any"] = "safe"
+    """At random among the controllers whose domain has the state; each of those in turn, beginning
+    with another by the seed; or at random among all."""
     impulse: float = Field(default=40.0, ge=0.0, le=80.0)
     """Of the push of a forearm [N s]."""
     budget: float = Field(default=30.0, gt=0.0, le=60.0)
@@ -48,7 +73,7 @@ def run(seed: int, options: Options) -> Row:
     push = None
     if options.impulse and seed % PUSHED == 0:
         push = (float(rng.uniform(1.0, 12.0)), options.impulse)
-    choose: Choose = _safe(rng) if options.choice == "safe" else _any(rng)
+    choose = {"safe": _safe(rng), "each": _each(seed), "any": _any(rng)}[options.choice]
     return row_of(run_steps(begin(options.start, seed), seed, choose, options.budget, push))
 
 
@@ -79,7 +104,26 @@ def summary(rows: list[Row]) -> list[Line]:
             method="exact",
         ),
         middle("controllers a trial", (float(len(row["steps"])) for row in rows)),
+        *ways(Graph.of(samples)),
     ]
+
+
+def ways(graph: Graph) -> list[Line]:
+    """What prepares what, and by start the fewest controllers to the lift, with their time [s]."""
+    lines = []
+    for first, then in PAIRS:
+        good, n = prepares(graph, first, then)
+        if n:
+            label = f"{first} prepares {then}"
+            lines.append(share(label, [True] * good + [False] * (n - good), method="exact"))
+    process = process_of(graph)
+    for state in RUNNING:
+        way = shortest(graph, state)
+        if way:
+            seconds = times_by(process, dict(way))[state]
+            label = f"{state}: {', '.join(action for _, action in way)} [s]"
+            lines.append(Line(label, seconds, None, None, len(graph.runs[way[0]])))
+    return lines
 
 
 def pictures(rows: list[Row], folder: Path) -> list[Path]:
@@ -102,6 +146,18 @@ def _safe(rng: np.random.Generator) -> Choose:
         if rng.random() < 0.4:
             return SEQUENCE[state]
         return str(rng.choice(safe_actions(state)))
+
+    return choose
+
+
+def _each(seed: int) -> Choose:
+    """Every safe one in turn: what chance seldom chooses is sampled, too."""
+    visits: Counter[str] = Counter()
+
+    def choose(state: str) -> str:
+        safe = [name for name in safe_actions(state) if name != "rest" or state == "unstowed"]
+        visits[state] += 1
+        return safe[(seed + visits[state] - 1) % len(safe)]
 
     return choose
 

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
-from arm.grasping.graph import SEQUENCE, Graph, safe_actions, shortest
+from arm.grasping.graph import SEQUENCE, Graph, safe_actions
 from arm.grasping.learning import Policy, greedy, learn, process_of
 from services.trials.experiment import Options as Base
 from services.trials.experiment import Row
@@ -20,7 +20,7 @@ from services.trials.lines import Line, middle, share
 
 EPISODES = 3_000
 """Of Q-learning on the sampled process."""
-LEAST = 3
+LEAST = 2
 """Controllers that were run less often in a state are not trusted there."""
 
 
@@ -89,15 +89,6 @@ def pictures(rows: list[Row], folder: Path) -> list[Path]:
     from services.trials.grasp_graph_picture import draw
 
     return save(folder, [("grasp_graph", draw(Graph.of(read())))])
-
-
-def ways() -> dict[str, list[str] | None]:
-    """By start, the controllers that breadth-first search finds to the lift; None: no way."""
-    graph = Graph.of(read())
-    return {
-        state: None if way is None else [action for _, action in way]
-        for state, way in ((s, shortest(graph, s)) for s in SEQUENCE)
-    }
 
 
 def _time(row: Row) -> float | None:
