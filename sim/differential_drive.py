@@ -16,6 +16,8 @@ GRIP = (5.9, 5.9, 15.0)
 """What the wheels can do to the platform: ahead, across [m/s^2], turning [rad/s^2]; 0.6 g."""
 SERVO = 0.03
 """Time constant with which the wheels return to their speed [s]."""
+ACROSS = 0.002
+"""Time constant with which wheels that cannot roll sideways stop what moves them so [s]."""
 STANDS = (400.0, 400.0, 80.0)
 """What the wheels of a standing platform hold along x, y [N] and about the vertical [N m]."""
 
@@ -52,7 +54,7 @@ class DifferentialDrive(Drive):
         r, s = self._reference
         self._reference = (r + ahead * dt, s + turn * dt)
         servo = max(SERVO, dt)
-        wanted = (ahead + (r - vx) / servo, -vy / servo, turn + (s - w) / servo)
+        wanted = (ahead + (r - vx) / servo, -vy / max(ACROSS, dt), turn + (s - w) / servo)
         held = [clamp(a, g) for a, g in zip(wanted, GRIP, strict=True)]
         held = [held[0] - w * vy, held[1] + w * vx, held[2]]  # B turns: v' = a - w x v
         return [m * (a + b) for m, a, b in zip(self._inertia, held, rough, strict=True)]
