@@ -36,7 +36,7 @@ def test_the_page_names_every_disturbance_and_option() -> None:
 
 def test_the_page_names_every_obstacle_and_its_keys() -> None:
     """Nothing that can stand or walk in a world is left out."""
-    text = PAGE.read_text()
+    text = PAGE.read_text().split("## Obstacles")[1]
     for model in (Box, Wall, Pillar, Mover):
         row = next(line for line in text.splitlines() if line.startswith(f"| `{_kind(model)}` |"))
         for key in set(model.model_fields) - {"kind"}:
