@@ -39,8 +39,8 @@ PERIOD = 0.05
 """Time between steps [s]."""
 AGE_LIMIT = 0.05
 """Age beyond which an estimate is not driven on [s]."""
-PLANNED = 6
-"""Commands that are published ahead."""
+PLANNED = 3
+"""Commands that are published ahead; the drive, and so the observer, waits for two at most."""
 _ROLLING = np.array([1.0, 0.0, 1.0])  # what a differential drive can do of V_OB_B
 
 

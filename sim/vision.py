@@ -70,7 +70,8 @@ class VisionSensor:
     def _sample(self, now: float, pose: Array, effects: Effects) -> Vision:
         """What is seen; without a name if that is nothing."""
         drawn = self._rng.standard_normal(6)
-        R_WB = Rotation.from_rotvec([0.0, 0.0, pose[2]]).as_matrix()
+        c, s = math.cos(pose[2]), math.sin(pose[2])
+        R_WB = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
         p_WB = np.array([pose[0], pose[1], 0.0])
         p_WC = p_WB + R_WB @ np.array(self._vision.position)
         in_view = [] if "vision" in effects.blinded else self._in_view(now, R_WB, p_WC)
