@@ -15,6 +15,7 @@ HELD = 3.0
 NOWHERE = 20.0
 """On the way and no further than ``_PLACE`` for this long, its way is blocked [s]."""
 _PLACE = 0.25  # [m]
+_CREEP = 0.02  # further than this it does move, whatever the estimate's velocity says [m]
 _SLOW = 0.03  # [m/s, rad/s]
 _SHARE = 0.15  # of what is commanded, that counts as moving
 
@@ -26,6 +27,7 @@ class Progress:
         self._stuck = self._held = self._nowhere = -math.inf
         self._newest = -math.inf
         self._place, self._gains = np.zeros(2), 0.0
+        self._stood = np.zeros(2)
 
     def check(
         self,
@@ -56,8 +58,9 @@ class Progress:
             self._place = place.copy()
         self._newest = now
         told, moves, asked = _size(command), _size(velocity), _size(wanted)
-        if told < _SLOW or moves > max(_SHARE * told, 0.005):
-            self._stuck = now
+        crept = float(np.hypot(*(place - self._stood))) > _CREEP
+        if told < _SLOW or moves > max(_SHARE * told, 0.005) or crept:
+            self._stuck, self._stood = now, place.copy()
         # what it slides sideways along a limit is no way towards where it wants to go
         gains = float(allowed @ wanted) / asked if asked > _SLOW else 0.0
         self._gains += 0.1 * (gains - self._gains)  # a noisy scan opens a limit now and then
