@@ -17,10 +17,10 @@ from typing import Any
 
 import zenoh
 
-from services.codec import pack_plain, unpack_map
 from services.messages import BadMessage
 from services.service import Reply, Service
 from services.topics import request_key
+from services.wire.codec import pack_plain, unpack_map
 
 TIMEOUT = 2.0  # [s] for the loop to take an action up
 _AT_ONCE = 0.1  # [s]

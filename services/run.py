@@ -12,13 +12,13 @@ from pathlib import Path
 from typing import Any
 
 from services.components import build_service
-from services.evaluation import arm_worked, figures_of, pen_figures
-from services.grasp_report import grasp_figures
 from services.lockstep import TICK, Lockstep
+from services.logs.provenance import provenance
+from services.logs.runlog import RunLog
 from services.messages import BASE_ENDED, PROGRAM_ENDED
-from services.platform_figures import platform_figures
-from services.provenance import provenance
-from services.runlog import RunLog
+from services.reports.evaluation import arm_worked, figures_of, pen_figures
+from services.reports.grasp import grasp_figures
+from services.reports.platform_figures import platform_figures
 from services.service import Service
 from services.topics import ARM_STATUS, BASE_STATUS
 from sim.scenario import Scenario
@@ -170,6 +170,6 @@ def write_report(
     """
     (folder / "result.json").write_text(json.dumps(result, indent=2) + "\n")
     if pictures:
-        from services.report import write_pictures  # slow to import, and not always wanted
+        from services.reports.report import write_pictures  # slow to import, and not always wanted
 
         write_pictures(log, folder, title, scenario)

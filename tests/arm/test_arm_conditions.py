@@ -17,11 +17,11 @@ from arm.hds import Event, NodeType, Program, check_text, registry
 from arm.nodes import REGISTRY
 from arm.nodes.conditions import NO_CLAIM, Conditions, State, Values, conditions_of
 from deploy.task import BoardPose
-from services.cli import app
-from services.control_check import Edge, judge, lower_bound, needed
-from services.control_check_sample import Passage, Sample, Watch, scenario_for, varied
-from services.control_check_text import render, write_replays
+from services.cli.main import app
 from services.messages import ArmStatus, Truth
+from services.programs.control_check import Edge, judge, lower_bound, needed
+from services.programs.control_check_sample import Passage, Sample, Watch, scenario_for, varied
+from services.programs.control_check_text import render, write_replays
 from services.topics import ARM_STATUS, TRUTH
 from sim.scenario import load_scenario
 

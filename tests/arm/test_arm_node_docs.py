@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 from arm.hds import NodeType
 from arm.nodes import REGISTRY
 from arm.nodes.quantities import QUANTITIES
-from services.cli import app
+from services.cli.main import app
 
 ROOT = Path(__file__).parents[2]
 DOC = (ROOT / "docs" / "node_types.md").read_text()

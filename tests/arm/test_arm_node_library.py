@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from arm.nodes.frames import pointing
-from services.evaluation import distance_to_path
 from services.messages import Array, BaseCommand
+from services.reports.evaluation import distance_to_path
 from tests.arm.rig import EXACT, Rig, program, world_at
 from tests.arm.test_arm_nodes import NEAR, node, run
 

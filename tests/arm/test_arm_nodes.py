@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from deploy.task import PROGRAMS
-from services.evaluation import distance_to_path
 from services.messages import ArmState, Array
+from services.reports.evaluation import distance_to_path
 from tests.arm.rig import AHEAD, EXACT, Rig, from_file, program, world_at
 
 NEAR = AHEAD + 0.006

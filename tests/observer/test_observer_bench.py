@@ -33,10 +33,10 @@ from observer.bench.smoother import forward, smoothed
 from observer.bench.world import DT, ROBOT, World, simulate
 from observer.metrics import nees, rms
 from observer.observer_options import make_filter
-from services.cli import app
+from services.bench.observer import Job, run_job
+from services.bench.observer_plots import COLOURS
+from services.cli.main import app
 from services.messages import BaseCommand, Imu, Odometry
-from services.observer_bench import Job, run_job
-from services.observer_bench_plots import COLOURS
 
 runner = CliRunner()
 

@@ -21,7 +21,7 @@ from observer.logs.score import align, score
 from observer.logs.tune import Tuning, tune
 from observer.observer import make_observer
 from services.messages import Array
-from services.replay_run import observer_for
+from services.replays.run import observer_for
 from tests.observer.logs_help import recorded
 
 

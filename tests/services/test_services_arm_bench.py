@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from services.arm_bench import CASES, GOALS, Goal, stiffness, timed
-from services.cli_bench_arm import summary
+from services.bench.arm import CASES, GOALS, Goal, stiffness, timed
+from services.cli.bench_arm import summary
 from services.lockstep import Lockstep
 from services.messages import Clock
 from services.service import Inbox, Outbox

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from services.base_bench import CASES, Job, run_one
-from services.base_bench_goals import GOALS
-from services.cli_bench_base import _cell, summary
+from services.bench.base import CASES, Job, run_one
+from services.bench.base_goals import GOALS
+from services.cli.bench_base import _cell, summary
 
 
 def test_a_run_is_the_same_twice_and_keeps_the_limits() -> None:

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from services import approach_bench
 from services.base_service import BaseService
-from services.cli import app
+from services.bench import approach as approach_bench
+from services.cli.main import app
 from sim.scenario import load_scenario
 
 ARM = "INTERFACE = r1;\nINITIAL = A;\nBEGIN NAME = A; TYPE = Turn_to; END\n"

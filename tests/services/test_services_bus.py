@@ -11,12 +11,19 @@ import numpy as np
 import pytest
 
 from services import topics
-from services.bus import RING, Bus, open_bus
-from services.codec import encode
-from services.endpoints import BadEndpoint, Endpoints, check_listen, config, local, make_run_dir
 from services.messages import ArmState, Message, Odometry
 from services.service import Inbox
 from services.topics import ARM_STATE, ODOMETRY, Topic, key
+from services.wire.bus import RING, Bus, open_bus
+from services.wire.codec import encode
+from services.wire.endpoints import (
+    BadEndpoint,
+    Endpoints,
+    check_listen,
+    config,
+    local,
+    make_run_dir,
+)
 
 PATIENCE = 30.0
 

@@ -12,13 +12,13 @@ import pytest
 from service_toys import TOYS
 from typer.testing import CliRunner
 
-from services.bus import open_bus
-from services.cli import app
-from services.clock import EpochClock, HeardClock
-from services.endpoints import local
+from services.cli.main import app
+from services.live.clock import EpochClock, HeardClock
+from services.live.runner import run_live
 from services.requests import Requests
-from services.runner import run_live
 from services.topics import SERVICES
+from services.wire.bus import open_bus
+from services.wire.endpoints import local
 
 runner = CliRunner()
 
@@ -84,7 +84,7 @@ def test_nobody_there_says_what_to_do(tmp_path: Path) -> None:
 def test_disturbance_arguments(monkeypatch: pytest.MonkeyPatch) -> None:
     """Options, a sensor, and key=value all become arguments of one request."""
     sent: list[tuple[object, ...]] = []
-    monkeypatch.setattr("services.cli_requests.request", lambda *args: sent.append(args))
+    monkeypatch.setattr("services.cli.requests.request", lambda *args: sent.append(args))
     runner.invoke(app, ["disturb", "delay", "imu", "--ms", "20", "--for", "1", "t=3", "on=link2"])
     service, verb, args, *_ = sent[0]
     assert (service, verb) == ("sim", "disturb")
@@ -122,7 +122,7 @@ def test_program_check(tmp_path: Path) -> None:
 
 def test_doctor(monkeypatch: pytest.MonkeyPatch) -> None:
     """A check that breaks is a failure of its own; the exit code tells."""
-    from services import doctor
+    from services.live import doctor
 
     def _broken() -> doctor.Check:
         raise RuntimeError("no such thing")
@@ -139,7 +139,7 @@ def test_doctor(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_doctor_measures_the_bus() -> None:
     """The loop-back round trip works on the machine that runs the tests."""
-    from services import doctor
+    from services.live import doctor
 
     assert doctor.examine(doctor._bus).status == "ok"
 

@@ -13,9 +13,9 @@ from service_toys import TOYS
 
 from services import messages as m
 from services import topics
-from services.codec import LARGEST, decode, encode
 from services.messages import BadMessage
 from services.service import Inbox
+from services.wire.codec import LARGEST, decode, encode
 
 GOOD = m.Odometry(1.5, np.array([1.0, -2.0, 0.25]))
 

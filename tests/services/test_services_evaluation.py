@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 from deploy.task import BoardPose
-from services.evaluation import (
+from services.logs.runlog import RunLog
+from services.messages import ArmStatus, Estimate, Truth
+from services.reports.evaluation import (
     axis_ratio,
     distance_to_path,
     figures_of,
     pen_figures,
     strokes_of,
 )
-from services.messages import ArmStatus, Estimate, Truth
-from services.runlog import RunLog
 from services.topics import ARM_STATUS, ESTIMATE, TRUTH
 
 SPEED = 0.04  # [m/s]

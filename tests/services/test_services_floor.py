@@ -10,14 +10,14 @@ import pytest
 from matplotlib.figure import Figure
 
 from deploy.task import BaseTask
-from services.cli_common import console
-from services.cli_run import show
-from services.floor_picture import floor
+from services.cli.common import console
+from services.cli.run import show
+from services.logs.runlog import RunLog
 from services.messages import ArmStatus, BaseCommand, BaseStatus, Estimate, Truth
-from services.platform_figures import PLATFORM_FIGURES, platform_figures
-from services.report import force, write_pictures
+from services.reports.floor_picture import floor
+from services.reports.platform_figures import PLATFORM_FIGURES, platform_figures
+from services.reports.report import force, write_pictures
 from services.run import all_figures
-from services.runlog import RunLog
 from services.topics import ARM_STATUS, BASE_COMMAND, BASE_STATUS, ESTIMATE, TRUTH
 from sim.obstacle_specs import Mover, Pillar
 from sim.scenario import Scenario, World

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from services.grasp_report import grasp, grasp_figures
+from services.logs.runlog import RunLog
 from services.messages import ArmStatus, Truth
-from services.runlog import RunLog
+from services.reports.grasp import grasp, grasp_figures
 from services.topics import ARM_STATUS, TRUTH
 
 

@@ -6,9 +6,9 @@ import threading
 
 import pytest
 
-from services.clock import EpochClock, HeardClock
-from services.loop import Driven, FixedRate, LoopStatistics, heartbeat
-from services.runner import Grid
+from services.live.clock import EpochClock, HeardClock
+from services.live.loop import Driven, FixedRate, LoopStatistics, heartbeat
+from services.live.runner import Grid
 
 
 class FakeTime:

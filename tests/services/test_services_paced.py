@@ -8,13 +8,13 @@ from pathlib import Path
 import pytest
 from service_toys import TOYS
 
-from services.bus import Bus, open_bus
-from services.codec import encode
-from services.endpoints import local
+from services.live.paced import PacedError, run_paced
 from services.lockstep import Lockstep
 from services.messages import Message
-from services.paced import PacedError, run_paced
 from services.topics import HEALTH, SERVICES, TOPICS, Topic
+from services.wire.bus import Bus, open_bus
+from services.wire.codec import encode
+from services.wire.endpoints import local
 
 TICKS = 400
 
@@ -72,7 +72,7 @@ def test_paced_is_lockstep_bit_for_bit(seed: int, tmp_path: Path) -> None:
 
 def test_missing_service_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The robot does not wait for ever; it says who did not come."""
-    monkeypatch.setattr("services.paced.START", 0.5)
+    monkeypatch.setattr("services.live.paced.START", 0.5)
     missing = pytest.raises(PacedError, match="arm, base, observer did not come")
     with open_bus(local(tmp_path, "sim"), "r1", "sim", lossless=True) as bus, missing:
         run_paced(TOYS["sim"](1), bus, threading.Event())

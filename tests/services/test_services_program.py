@@ -12,8 +12,8 @@ from xml.etree import ElementTree
 import pytest
 from typer.testing import CliRunner
 
-from services import cli_requests
-from services.cli import app
+from services.cli import requests as cli_requests
+from services.cli.main import app
 
 DOC = (Path(__file__).parents[2] / "docs" / "language.md").read_text(encoding="utf-8")
 PART = DOC.partition("\n## Specifications\n")[2].partition("\n## ")[0]

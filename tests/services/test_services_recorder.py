@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from services.recorder import free_name
+from services.logs.recorder import free_name
 
 
 def test_a_log_that_is_there_is_never_written_over(tmp_path: Path) -> None:

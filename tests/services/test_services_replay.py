@@ -22,15 +22,15 @@ from observer.logs.run import collect
 from observer.logs.run import replay as run_replay
 from observer.logs.tune import Tuned, Tuning
 from observer.observer import make_observer
-from services import replay_run
-from services.cli import app
-from services.provenance import provenance
-from services.recordings import open_recording, recording_of
-from services.replay_pictures import track
-from services.replay_run import AT_ITS_STAMPS, replay_recording
-from services.replay_tune import Report, fragment
+from services.cli.main import app
+from services.logs.provenance import provenance
+from services.logs.recordings import open_recording, recording_of
+from services.logs.runlog import BadLog, RunLog
+from services.replays import run as replay_run
+from services.replays.pictures import track
+from services.replays.run import AT_ITS_STAMPS, replay_recording
+from services.replays.tune import Report, fragment
 from services.run import Run, run_lockstep
-from services.runlog import BadLog, RunLog
 from services.topics import BASE_COMMAND, ESTIMATE, ODOMETRY
 from sim.scenario import load_scenario
 

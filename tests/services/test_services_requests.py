@@ -12,11 +12,11 @@ import pytest
 import zenoh
 from service_toys import ToySim
 
-from services.bus import open_bus
-from services.clock import EpochClock
-from services.endpoints import config, local
+from services.live.clock import EpochClock
+from services.live.runner import run_live
 from services.requests import NoAnswer, Requests, ask
-from services.runner import run_live
+from services.wire.bus import open_bus
+from services.wire.endpoints import config, local
 
 
 @contextmanager

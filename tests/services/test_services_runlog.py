@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 from mcap.reader import make_reader
 
+from services.logs.recorder import Recorder
+from services.logs.runlog import RunLog, read_log
 from services.messages import ArmState, Imu, Odometry
-from services.recorder import Recorder
 from services.run import run_lockstep
-from services.runlog import RunLog, read_log
 from services.service import Inbox
 from services.topics import ARM_STATE, IMU, ODOMETRY
 from sim.scenario import Scenario

@@ -14,7 +14,7 @@ from pathlib import Path
 import psutil
 import pytest
 
-from services.supervisor import backoff
+from services.live.supervisor import backoff
 from services.topics import SERVICES
 
 PATIENCE = 60.0

@@ -16,7 +16,7 @@ import pytest
 from distributed import LocalCluster
 from typer.testing import CliRunner
 
-from services.cli import app
+from services.cli.main import app
 from services.trials import code
 from services.trials.work import ONE_THREAD
 
@@ -182,7 +182,7 @@ def test_lists_the_experiments() -> None:
 def test_help_does_not_import_dask() -> None:
     """A list of commands is to come at once."""
     script = (
-        "import sys\nfrom services.cli import app\n"
+        "import sys\nfrom services.cli.main import app\n"
         "try: app(['--help'])\nexcept SystemExit: pass\n"
         "assert not {'dask', 'distributed'} & set(sys.modules)"
     )

@@ -6,12 +6,12 @@ from pathlib import Path
 
 import numpy as np
 
-from services.codec import decode, encode
+from services.logs.runlog import RunLog, read_log
 from services.messages import BaseCommand
-from services.runlog import RunLog, read_log
 from services.service import Inbox
 from services.sim_service import SimService
 from services.topics import BASE_COMMAND, BUMPER, SCAN, TRUTH, VISION
+from services.wire.codec import decode, encode
 from sim.obstacle_specs import Wall
 from sim.scenario import Board
 from tests.sim.sim_loop import scenario

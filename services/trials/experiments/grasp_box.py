@@ -91,7 +91,7 @@ def summary(rows: list[Row]) -> list[Line]:
 
 def pictures(rows: list[Row], folder: Path) -> list[Path]:
     """Figs 4, 6, 7 and 8 of the paper, from these trials."""
-    from services.report import save
+    from services.reports.report import save
     from services.trials import grasp_pictures as draw
 
     lifted: list[dict[str, Any]] = [row for row in rows if row["success"]]

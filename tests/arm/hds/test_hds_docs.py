@@ -10,7 +10,7 @@ import arm.hds
 from arm.hds import Automaton, check_text, render
 from arm.hds.specification_check import check_specification
 from arm.nodes import REGISTRY
-from services.cli import app
+from services.cli.main import app
 
 DOC = (Path(__file__).parents[3] / "docs" / "language.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"^```\w*\n(.*?)^```$", DOC, flags=re.DOTALL | re.MULTILINE)

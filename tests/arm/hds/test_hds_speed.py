@@ -73,5 +73,5 @@ def test_a_check_imports_no_simulator_and_no_bus(fifty: Path) -> None:
         "zenoh",
         "circus",
         "matplotlib",
-        "services.supervisor",
+        "services.live.supervisor",
     }

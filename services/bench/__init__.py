@@ -1,0 +1,1 @@
+"""Benchmarks: the figures this project stands by, beside their baselines."""

@@ -1,0 +1,163 @@
+"""``steadyhand``: the command line. Exit codes: 0 done, 1 not done, 2 wrongly asked."""
+
+from __future__ import annotations
+
+import sys
+import time
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.markup import escape
+
+from services.cli.common import Json, Robot, RunDir, console, errors, fail, show_json
+from services.cli.lazy import LazyGroup
+
+if TYPE_CHECKING:
+    from services.live.supervisor import Event, Plan
+
+app = typer.Typer(
+    cls=LazyGroup,
+    rich_markup_mode=None,  # it would take units in brackets for markup
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+)
+
+
+@app.callback()
+def steadyhand() -> None:
+    """Robot software for hands that stay steady on moving bases."""
+
+
+COLOURS = {"ready": "green", "restarted": "green", "died": "red", "hung": "red"}
+
+
+@app.command()
+def up(
+    scenario: Annotated[str, typer.Argument(help="Name or file of a scenario.")] = "whiteboard",
+    paced: Annotated[
+        bool, typer.Option("--paced", help="Wait for every answer: exact on any machine.")
+    ] = False,
+    duration: Annotated[float | None, typer.Option("--for", help="End after this [s].")] = None,
+    observer: Annotated[str, typer.Option(help="ekf, taylor, hold, or truth.")] = "ekf",
+    seed: Annotated[int, typer.Option(min=0, help="Of everything random.")] = 0,
+    rt: Annotated[str, typer.Option(help="Real-time priority and cores: auto, on, off.")] = "auto",
+    robot: Robot = "r1",
+    run_dir: RunDir = None,
+    until_finished: Annotated[
+        bool,
+        typer.Option(
+            "--until-finished",
+            help="End when the arm's program has; without an arm, the platform's task.",
+        ),
+    ] = False,
+    out: Annotated[Path | None, typer.Option(help="Folder for log and pictures.")] = None,
+    hang: Annotated[float, typer.Option(help="No progress for this long is a hang [s].")] = 1.0,
+    factory: Annotated[str, typer.Option(hidden=True)] = "",
+    json: Json = False,
+) -> None:
+    """Launch all services and look after them until Ctrl-C."""
+    from deploy.tomlfile import BadFile
+    from observer.observer import KINDS
+    from services.live.process import FACTORY
+    from services.live.supervisor import Plan, Supervisor
+    from services.lockstep import TICK
+    from services.topics import RECORDER, SERVICES
+    from services.wire.endpoints import default_run_dir
+    from sim.scenario import load_scenario
+
+    if rt not in ("auto", "on", "off"):
+        fail(f"--rt is auto, on or off, not {rt!r}", 2)
+    if duration is not None and duration <= 0:
+        fail(f"--for needs a positive number of seconds, not {duration:g}", 2)
+    if observer not in KINDS:
+        fail(f"no observer {observer!r}. Known: {', '.join(KINDS)}", 2)
+    try:
+        loaded = None if factory else load_scenario(scenario)
+    except BadFile as error:
+        fail(str(error), 2)
+    mode = "paced" if paced else "live"
+    folder = out or Path("runs") / f"{Path(scenario).stem}-{mode}-{time.strftime('%Y%m%d-%H%M%S')}"
+    plan = Plan(
+        run_dir=run_dir or default_run_dir(robot),
+        scenario=Path(scenario) if loaded is None else loaded.path.resolve(),
+        robot=robot,
+        seed=seed,
+        observer=observer,
+        mode=mode,
+        rt=rt,
+        ticks=round(duration / TICK) if paced and duration is not None else None,
+        duration=None if paced else duration,
+        hang=hang,
+        factory=factory or FACTORY,
+        until_finished=until_finished,
+        log=folder / "run.mcap",
+        services=SERVICES if loaded is None else (RECORDER, *loaded.services),
+        start_program=loaded is not None
+        and not paced
+        and loaded.task.autostart
+        and "arm" in loaded.services,
+    )
+    events: list[Event] = []
+
+    def report(event: Event) -> None:
+        events.append(event)
+        if not json:
+            colour = COLOURS.get(event.kind, "dim" if event.kind == "started" else "default")
+            console.print(
+                f"{event.at:8.2f}  {event.service:9} [{colour}]{event.kind:10}[/] {event.detail}",
+                highlight=False,
+                soft_wrap=True,
+            )
+
+    if not json:
+        console.print(f"[bold]{scenario}[/], logs in {plan.run_dir}", highlight=False)
+    supervisor = Supervisor(plan, report)
+    success = supervisor.run()
+    result = None if factory else report_of(plan, folder, events, json)
+    if json:
+        health = {name: asdict(newest) for name, newest in supervisor.health.items()}
+        show_json(
+            {
+                "success": success,
+                "events": [asdict(e) for e in events],
+                "health": health,
+                "result": result,
+            }
+        )
+    finished = result is not None and result["outcome"].startswith("finished")
+    ended_well = finished or not until_finished or bool(factory)
+    raise typer.Exit(0 if success and ended_well else 1)
+
+
+def report_of(plan: Plan, folder: Path, events: list[Event], quiet: bool) -> dict[str, Any] | None:
+    """Judge what the recorder wrote; None if it wrote nothing that can be judged."""
+    from services.cli.run import show
+    from services.logs.runlog import BadLog
+    from services.reports.live import write_live_report
+
+    try:
+        result = write_live_report(plan, folder, events[-1].at)
+    except BadLog as error:
+        errors.print(f"no report: {escape(str(error))}")
+        return None
+    if not quiet:
+        show(result)
+        console.print(f"log and pictures in {folder}", highlight=False)
+    return result
+
+
+def main() -> None:
+    """Entry point: errors people can do something about come without a traceback."""
+    try:
+        app()
+    except (ValueError, RuntimeError) as error:
+        from deploy.tomlfile import BadFile
+        from services.live.supervisor import AlreadyRunning, StartFailed
+        from services.wire.endpoints import BadEndpoint
+
+        if not isinstance(error, BadFile | BadEndpoint | AlreadyRunning | StartFailed):
+            raise
+        errors.print("[bold red]error:[/]", escape(str(error)), highlight=False)
+        sys.exit(2 if isinstance(error, BadFile) else 1)

@@ -1,0 +1,125 @@
+"""``steadyhand run``: a scenario in lockstep, judged, with pictures and a log."""
+
+from __future__ import annotations
+
+import json as jsonlib
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.markup import escape
+from rich.table import Table
+
+from services.cli.common import Json, console, fail
+
+PEN_LABELS = {
+    "line_rms_mm": "contour error, rms [mm]",
+    "line_max_mm": "contour error, largest [mm]",
+    "tracked_rms_mm": "tracked error, rms [mm]",
+    "circle_axis_ratio": "circle, ratio of axes",
+    "contact_fraction": "pen on the board while drawing",
+    "force_rms_error_n": "force error over 20 ms, rms [N]",
+    "torque_step_fraction": "torque step at node changes / ordinary 99 % ripple",
+}
+PLATFORM_LABELS = {
+    "platform_way_m": "way driven [m]",
+    "platform_time_s": "time until the platform's task was over [s]",
+    "platform_clearance_mm": "smallest clearance to an obstacle [mm]",
+    "platform_goal_mm": "true distance to the goal at the end [mm]",
+    "platform_goal_deg": "true heading off the goal's at the end [deg]",
+    "platform_speed": "largest speed commanded, vx or vy [m/s]",
+    "platform_acceleration": "largest acceleration commanded [m/s²]",
+    "platform_jerk": "largest jerk commanded [m/s³]",
+    "platform_stops": "stops on the way",
+    "platform_blocked_s": "blocked or stopped [s]",
+}
+GRASP_LABELS = {
+    "box_height_mm": "box above where it stood, at the end [mm]",
+    "box_tilt_deg": "largest tilt of the box off the table [deg]",
+    "palm_force_peak_n": "largest force on a palm [N]",
+}
+LABELS = {
+    "estimate_rms_mm": "estimate error, rms [mm]",
+    "estimate_rms_deg": "estimate error, rms [deg]",
+    "estimate_max_step_mm_per_ms": "largest estimate step beyond true motion [mm/ms]",
+    "realtime_factor": "times real time",
+    "simulated_s": "simulated [s]",
+}
+
+
+def run(
+    scenario: Annotated[str, typer.Argument(help="Name or file of a scenario.")],
+    seed: Annotated[int, typer.Option(min=0, help="Of everything random.")] = 0,
+    observer: Annotated[str, typer.Option(help="ekf, taylor, hold, or truth.")] = "ekf",
+    duration: Annotated[
+        float | None, typer.Option("--for", help="Instead of the scenario's limit [s].")
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder for log and pictures.")] = None,
+    pictures: Annotated[bool, typer.Option(help="Draw the pictures.")] = True,
+    json: Json = False,
+) -> None:
+    """Run a scenario in lockstep; print figures, write log and pictures under runs/."""
+    from arm.hds import ProgramError
+    from deploy.tomlfile import BadFile
+    from services.run import run_lockstep, write, write_report
+    from sim.scenario import load_scenario
+
+    if duration is not None and duration <= 0:
+        fail(f"--for needs a positive number of seconds, not {duration:g}", 2)
+    try:
+        loaded = load_scenario(scenario)
+        folder = out or Path("runs") / f"{loaded.name}-{observer}-{seed}"
+        fresh_folder(folder)
+        done = run_lockstep(loaded, seed, observer, duration)
+        write(done, folder)
+    except (BadFile, ProgramError, ValueError) as error:
+        fail(str(error), 2)
+    except OSError as error:
+        fail(f"cannot write to {error.filename}: {error.strerror}", 2)
+    title = f"{loaded.name}, observer {observer}, seed {seed}"
+    write_report(done.log, done.result, folder, title, pictures, loaded)
+    if json:
+        typer.echo(jsonlib.dumps(done.result))
+    else:
+        show(done.result)
+        what = "log and pictures" if pictures else "log"
+        console.print(f"{what} in {folder}", highlight=False)
+    if not done.result["outcome"].startswith("finished") or done.result.get("lifted") is False:
+        raise typer.Exit(1)
+
+
+def fresh_folder(folder: Path) -> None:
+    """Make a folder for a run, and take an earlier run's pictures and result out of it."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for old in (*folder.glob("*.png"), folder / "result.json"):
+        old.unlink(missing_ok=True)
+
+
+def show(result: dict[str, Any]) -> None:
+    """Print a result as a table; rows of the pen and of the platform where they mean something."""
+    title = f"{result['scenario']}, observer {result['observer']}, seed {result['seed']}"
+    table = Table(title=title, show_header=False)
+    table.add_row("outcome", str(result["outcome"]))
+    grasps = "lifted" in result
+    pen = PEN_LABELS if result.get("arm_worked", True) and not grasps else {}
+    if grasps:
+        table.add_row("box lifted", "yes" if result["lifted"] else "no")
+        pen = GRASP_LABELS
+    platform = {k: v for k, v in PLATFORM_LABELS.items() if result.get(k) is not None}
+    for key, label in (pen | platform | LABELS).items():
+        value = result.get(key)
+        table.add_row(escape(label), "-" if value is None else f"{value:.4g}")
+    console.print(table)
+    if result.get("loops"):
+        _show_loops(result["loops"])
+
+
+def _show_loops(loops: dict[str, dict[str, float]]) -> None:
+    heads = ("service", "period", "late 50 %", "late 99 %", "late max", "missed", "ticks")
+    table = Table(*heads, title="loops [ms]".replace("[", "\\["))
+    for name, f in loops.items():
+        late = [f"{f[key]:.2f}" for key in ("late_p50_ms", "late_p99_ms", "late_max_ms")]
+        table.add_row(
+            name, f"{f['period_mean_ms']:.2f}", *late, f"{f['missed']:.0f}", f"{f['ticks']:.0f}"
+        )
+    console.print(table)

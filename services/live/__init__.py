@@ -1,0 +1,1 @@
+"""Services as real processes: loops, supervisor, what people watch while they run."""

@@ -1,0 +1,314 @@
+"""Starts the services, watches that they work, restarts those that do not.
+
+What counts as alive is a heartbeat whose progress counter advances, written by the service's own
+loop. That a process exists, or with which code it ended, says nothing.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import fcntl
+import os
+import signal
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TextIO
+
+from services.live.pool import Pool
+from services.live.process import FACTORY
+from services.messages import BASE_ENDED, PROGRAM_ENDED, Health
+from services.requests import NoAnswer, ask
+from services.topics import HEALTH, PROCESSES, RECORDER
+from services.wire.bus import open_bus
+from services.wire.endpoints import local, make_run_dir
+
+POLL = 0.05  # [s]
+
+
+class AlreadyRunning(RuntimeError):
+    """Another supervisor has this robot."""
+
+
+class StartFailed(RuntimeError):
+    """A service did not come up; the text says where its log is and how it ended."""
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something people want to know: ``kind`` is started, ready, died, hung, restarting, ended."""
+
+    at: float
+    service: str
+    kind: str
+    detail: str = ""
+
+
+@dataclass
+class Plan:
+    """What to run.
+
+    Attributes:
+        ticks: paced only: end after this many ticks.
+        duration: live only: end after this long [s].
+        hang: a heartbeat that makes no progress for this long is a hang [s].
+        recorder_hang: the same of the recorder: no control waits for it, and killing it cuts the
+            log [s].
+        start: a service must be ready within this [s].
+        until_finished: end when the arm's program has; without an arm, when the platform has
+            done what it was to do.
+        start_program: live only: have the arm start its program once every service is ready.
+        log: file the recorder writes; None for its default.
+        services: in starting order.
+    """
+
+    run_dir: Path
+    scenario: Path
+    robot: str = "r1"
+    seed: int = 0
+    observer: str = "ekf"
+    mode: str = "live"
+    rt: str = "auto"
+    ticks: int | None = None
+    duration: float | None = None
+    hang: float = 1.0
+    recorder_hang: float = 10.0
+    start: float = 30.0
+    until_finished: bool = False
+    start_program: bool = False
+    log: Path | None = None
+    services: tuple[str, ...] = PROCESSES
+    factory: str = FACTORY
+    epoch: float = field(default_factory=time.monotonic)
+
+
+def backoff(failures: int) -> float:
+    """How long to wait before a restart after this many failures in a row [s]."""
+    return 0.0 if failures <= 1 else min(8.0, 0.25 * 2 ** (failures - 2))
+
+
+HEALTHY = 10.0  # [s] without failure forgives the earlier ones
+STARTS = 3  # failures in a row before a service that never was ready is given up
+
+
+@dataclass
+class _Watched:
+    pid: int = 0
+    ready: bool = False
+    progress: int = -1
+    advanced: float = 0.0
+    started: float = 0.0
+    lost: float = 0.0
+    failures: int = 0
+    restart_at: float | None = None
+    was_ready: bool = False
+
+
+class Supervisor:
+    """Runs a plan; ``report`` is told of every event."""
+
+    def __init__(self, plan: Plan, report: Callable[[Event], None]) -> None:
+        self.plan = plan
+        self.health: dict[str, Health] = {}
+        self._report = report
+        self._watched = {name: _Watched() for name in plan.services}
+        self._stop = asyncio.Event()
+        self._success = True
+
+    def run(self) -> bool:
+        """Run until told to end (SIGINT, SIGTERM), or the plan does; True if all went well.
+
+        Raises:
+            AlreadyRunning: another supervisor has this robot.
+            StartFailed: a service did not come up.
+        """
+        run_dir = make_run_dir(self.plan.run_dir)
+        with _lock(run_dir):
+            return asyncio.run(self._main(run_dir))
+
+    async def _main(self, run_dir: Path) -> bool:
+        loop = asyncio.get_running_loop()
+        for number in (signal.SIGINT, signal.SIGTERM):
+            loop.add_signal_handler(number, self._stop.set)
+        self._pool = Pool(run_dir)
+        endpoints = local(run_dir, "supervisor")
+        try:
+            with open_bus(
+                endpoints, self.plan.robot, "supervisor", HEALTH.values(), lossless=True
+            ) as bus:
+                self._bus = bus
+                for name in self.plan.services:
+                    await self._bring_up(name)
+                if self.plan.start_program and not self._stop.is_set():
+                    await self._start_program()
+                end = time.monotonic() + (self.plan.duration or float("inf"))
+                while not self._stop.is_set() and time.monotonic() < end:
+                    await self._watch()
+                await self._pool.stop_all(last=RECORDER)
+        finally:
+            await self._pool.stop_all(last=RECORDER)
+            self._tell("", "ended")
+        return self._success
+
+    async def _bring_up(self, name: str) -> None:
+        watched = self._watched[name]
+        if not self._stop.is_set():
+            await self._start(name, restarted=False)
+        while not watched.ready and not self._stop.is_set():
+            await self._watch()
+            if watched.failures >= STARTS:
+                raise StartFailed(self._why(name))
+
+    async def _start_program(self) -> None:
+        """Ask the arm; try again while what it needs is on its way."""
+        reason, deadline = "", time.monotonic() + self.plan.start
+        while time.monotonic() < deadline and not self._stop.is_set():
+            await self._watch()
+            try:
+                reply = await asyncio.to_thread(
+                    ask, self._bus.session, self.plan.robot, "arm", "start", {}
+                )
+            except NoAnswer as error:
+                reason = str(error)
+                continue
+            if reply.accepted:
+                return
+            reason = reply.reason
+        if not self._stop.is_set():
+            self._tell("arm", "refused", f"to start its program: {reason}")
+            self._success = False
+            if self.plan.until_finished:
+                self._stop.set()
+
+    def _why(self, name: str) -> str:
+        log = self._pool.log_file(name)
+        lines = log.read_text(errors="replace").splitlines()[-15:] if log.exists() else []
+        return "\n".join([f"{name} did not come up; the end of {log}:", *lines])
+
+    async def _start(self, name: str, restarted: bool) -> None:
+        watched, plan = self._watched[name], self.plan
+        now = time.monotonic()
+        watched.ready, watched.progress, watched.restart_at = False, -1, None
+        watched.started = watched.advanced = now
+        args = ["-m", "services.live.process", "--service", name, "--scenario", str(plan.scenario)]
+        args += ["--seed", str(plan.seed), "--mode", plan.mode, "--run-dir", str(plan.run_dir)]
+        args += ["--robot", plan.robot, "--observer", plan.observer, "--rt", plan.rt]
+        args += ["--epoch", repr(plan.epoch), "--factory", plan.factory]
+        args += ["--parent", str(os.getpid())]
+        args += ["--services", ",".join(n for n in plan.services if n != RECORDER)]
+        args += ["--log", str(plan.log)] if plan.log is not None else []
+        args += ["--ticks", str(plan.ticks)] if plan.ticks is not None else []
+        args += ["--restarted"] if restarted else []
+        watched.pid = await self._pool.start(name, args)
+        self._tell(name, "started", f"process {watched.pid}")
+
+    async def _watch(self) -> None:
+        """One round: sleep, listen, look after the dead, the hung and those due for a restart."""
+        before = time.monotonic()
+        await asyncio.sleep(POLL)
+        now = time.monotonic()
+        if now - before > self.plan.hang / 2:  # we were the ones who stood still
+            for watched in self._watched.values():
+                watched.advanced = now
+        self._listen(now)
+        for name, code in self._pool.reap().items():
+            await self._died(name, code, now)
+        for name, watched in self._watched.items():
+            if watched.restart_at is not None:
+                if now >= watched.restart_at:
+                    await self._start(name, restarted=watched.was_ready)
+                continue
+            if not watched.pid:
+                continue
+            limit = self._patience(name) if watched.ready else self.plan.start
+            if now - watched.advanced > limit:
+                watched.advanced = now
+                self._tell(name, "hung", f"no progress for {limit:.1f} s; killed")
+                self._pool.kill(name)
+            elif watched.ready and watched.failures and now - watched.started > HEALTHY:
+                watched.failures = 0
+
+    def _patience(self, name: str) -> float:
+        return max(self.plan.recorder_hang, self.plan.hang) if name == RECORDER else self.plan.hang
+
+    def _listen(self, now: float) -> None:
+        for name, watched in self._watched.items():
+            for _, health in self._bus.take(HEALTH[name]):
+                if health.pid != watched.pid:
+                    continue  # the last words of its predecessor
+                self._state_of(name, health)
+                self.health[name] = health
+                if health.progress > watched.progress:
+                    watched.progress, watched.advanced = health.progress, now
+                if not watched.ready:
+                    watched.ready = True
+                    took = now - (watched.lost if watched.was_ready else watched.started)
+                    kind = "restarted" if watched.was_ready else "ready"
+                    watched.was_ready = True
+                    self._tell(name, kind, f"in {took:.2f} s")
+
+    def _state_of(self, name: str, health: Health) -> None:
+        """Tell of a change of state, and end the run with the program if that is the plan."""
+        before = self.health.get(name)
+        if before is not None and before.state != health.state and before.pid == health.pid:
+            self._tell(name, health.state, health.detail)
+        armed = "arm" in self.plan.services
+        teller, endings = ("arm", PROGRAM_ENDED) if armed else ("base", BASE_ENDED)
+        if name == teller and self.plan.until_finished and health.state in endings:
+            self._stop.set()
+
+    async def _died(self, name: str, code: int, now: float) -> None:
+        watched = self._watched[name]
+        watched.pid = 0
+        if self.plan.mode == "paced":  # what is lost cannot be regained bit for bit
+            finished = code == 0 and self.plan.ticks is not None
+            self._success &= finished
+            self._tell(name, "ended" if finished else "died", _meaning(code))
+            if not finished and not watched.ready:
+                raise StartFailed(self._why(name))
+            if not finished or not any(w.pid for n, w in self._watched.items() if n != RECORDER):
+                self._stop.set()
+            return
+        if watched.ready:
+            watched.lost = now
+        watched.failures += 1
+        watched.ready = False
+        wait = backoff(watched.failures)
+        watched.restart_at = now + wait
+        detail = f"{_meaning(code)}; restart in {wait:.2f} s, log: {self._pool.log_file(name)}"
+        self._tell(name, "died", detail)
+
+    def _tell(self, service: str, kind: str, detail: str = "") -> None:
+        self._report(Event(time.monotonic() - self.plan.epoch, service, kind, detail))
+
+
+def _meaning(code: int) -> str:
+    return f"exit code {code}" if code >= 0 else f"signal {signal.Signals(-code).name}"
+
+
+class _lock:
+    """Holds the robot: a lock the kernel releases when we die."""
+
+    def __init__(self, run_dir: Path) -> None:
+        self._path = run_dir / "supervisor.lock"
+        self._file: TextIO | None = None
+
+    def __enter__(self) -> None:
+        self._file = self._path.open("a+")
+        try:
+            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            self._file.seek(0)
+            pid = self._file.read().strip() or "unknown"
+            raise AlreadyRunning(
+                f"process {pid} already supervises this robot ({self._path.parent}). "
+                "End it first, or use another --robot or --run-dir"
+            ) from None
+        self._file.truncate(0)
+        self._file.write(str(os.getpid()))
+        self._file.flush()
+
+    def __exit__(self, *_: object) -> None:
+        if self._file is not None:
+            self._file.close()

@@ -1,0 +1,1 @@
+"""Logs: recorded, written, read back, and where they came from."""

@@ -1,0 +1,88 @@
+"""The recorder: hears every topic and writes the log, in a process of its own."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from services.logs.runlog import LogWriter
+from services.messages import Message
+from services.service import Inbox, Outbox, Reply
+from services.topics import RECORDER, TOPICS, Topic
+
+DEPTH = 20_000
+"""Messages of a topic that may wait between two steps: some seconds of the fastest."""
+
+
+class Recorder:
+    """Writes all that is said on the bus; nobody waits for it.
+
+    Args:
+        path: of the log.
+        metadata: where the log comes from.
+    """
+
+    name = RECORDER
+    period = 0.05
+    verbs: tuple[str, ...] = ()
+
+    def __init__(self, path: Path, metadata: Mapping[str, str]) -> None:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        self._writer = LogWriter(path, metadata)
+        self._count = 0
+        self._time = 0.0
+        self._waiting: list[tuple[float, Topic, Message]] = []
+        self._until = -float("inf")
+        self.inputs: tuple[Topic, ...] = tuple(
+            replace(topic, depth=DEPTH)
+            for topic in TOPICS.values()
+            if not topic.name.endswith("/tick") and topic.owner != RECORDER
+        )
+
+    def step(self, now: float, inbox: Inbox) -> Outbox:
+        """Write what arrived until the step before; says nothing itself.
+
+        A message arrived when robot time had come as far as the newest stamp heard until then: the
+        arm's state says it every millisecond. That holds at whatever pace robot time runs, and our
+        own steps, which are 50 ms apart, do not matter. Topics are emptied one after the other
+        while others go on arriving; only what is older than the last step is surely complete.
+        """
+        heard = inbox.heard()
+        self._waiting += heard
+        self._waiting.sort(key=lambda item: item[0])  # stable
+        complete = bisect_right(self._waiting, self._until, key=lambda item: item[0])
+        self._write(complete)
+        self._until = max((at for at, _, _ in heard), default=self._until)
+        return []
+
+    def _write(self, count: int) -> None:
+        for _, topic, message in self._waiting[:count]:
+            self._time = max(self._time, message.t)
+            self._writer.add(topic, message, self._time)
+        del self._waiting[:count]
+        self._count += count
+
+    def prepare(self, verb: str, args: dict[str, Any]) -> Callable[[], Reply]:
+        """The recorder answers no requests."""
+        raise ValueError(f"the recorder does not answer {verb!r}")
+
+    def state(self) -> tuple[str, str]:
+        """Recording, and how much so far."""
+        return "recording", f"{self._count} messages heard, log {self._writer.path}"
+
+    def close(self) -> None:
+        """Write what is left and finish the file."""
+        self._write(len(self._waiting))
+        self._writer.close()
+
+
+def free_name(path: Path) -> Path:
+    """``path``, or with a number if a recorder that died has left a file there."""
+    number, free = 1, path
+    while free.exists():
+        number += 1
+        free = path.with_name(f"{path.stem}-{number}{path.suffix}")
+    return free

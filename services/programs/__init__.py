@@ -1,0 +1,1 @@
+"""What programs are and whether their transitions hold when run."""

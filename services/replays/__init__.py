@@ -1,0 +1,1 @@
+"""The observer run again over a recorded log."""

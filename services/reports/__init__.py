@@ -1,0 +1,1 @@
+"""What a run was: its figures and pictures."""

@@ -1,0 +1,238 @@
+"""Pictures of a run: the board, the estimate, the force, the torques, the floor."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+import numpy as np
+from numpy.typing import NDArray
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+
+from services.logs.runlog import RunLog
+from services.reports.curves import distance_to_path, hermite
+from services.reports.evaluation import Stroke, arm_worked, strokes_of
+from services.reports.floor_picture import floor
+from services.reports.grasp import grasp, palmed
+from services.reports.sharing_picture import sharing
+from services.topics import ARM_COMMAND, ARM_STATUS, ESTIMATE, TRUTH
+from sim.scenario import Scenario
+
+Array = NDArray[np.float64]
+
+DRAWN, MEANT, ERROR = "#1f4e9c", "#e08a1e", "#b3261e"
+plt.rcParams.update(
+    {
+        "axes.spines.top": False,
+        "axes.spines.right": False,
+        "axes.grid": True,
+        "grid.alpha": 0.3,
+        "font.size": 10,
+        "figure.dpi": 110,
+    }
+)
+
+
+def write_pictures(
+    log: RunLog, folder: Path, title: str, scenario: Scenario | None = None
+) -> list[Path]:
+    """Draw every picture the run has data for; returns the files.
+
+    Args:
+        log: of a run.
+        folder: where to.
+        title: of each picture.
+        scenario: that was run; without it there is no picture of the floor.
+    """
+    if palmed(log) is not None:  # no pen, no board
+        pictures: dict[str, Callable[[RunLog, str], Figure | None]]
+        pictures = {"grasp": grasp, "estimate": estimate, "torques": torques}
+        if scenario is not None:
+            pictures["floor"] = lambda log, title: floor(log, title, scenario)
+        return save(folder, ((name, draw(log, title)) for name, draw in pictures.items()))
+    pictures = {
+        "board": board,
+        "drawing": drawing,
+        "estimate": estimate,
+        "force": force,
+        "torques": torques,
+        "sharing": sharing,
+    }
+    if scenario is not None:
+        pictures["floor"] = lambda log, title: floor(log, title, scenario)
+    return save(folder, ((name, draw(log, title)) for name, draw in pictures.items()))
+
+
+def save(folder: Path, figures: Iterable[tuple[str, Figure | None]]) -> list[Path]:
+    """Write figures as ``<name>.png``, closing each before the next is drawn; returns the files."""
+    out = []
+    for name, figure in figures:
+        if figure is None:
+            continue
+        path = folder / f"{name}.png"
+        figure.savefig(path, metadata={"Software": None})
+        plt.close(figure)
+        out.append(path)
+    return out
+
+
+def board(log: RunLog, title: str) -> Figure | None:
+    """What was drawn against what was intended, and by how much it missed."""
+    strokes = [s for s in strokes_of(log) if s.touching.any()]
+    if not strokes:
+        return None
+    figure, (left, right) = plt.subplots(1, 2, figsize=(13, 6), layout="constrained")
+    for s in strokes:
+        left.plot(*(1e3 * s.intended.T), color=MEANT, lw=5, alpha=0.5, label="intended")
+        touched = np.where(s.touching[:, None], s.drawn, np.nan)
+        left.plot(*(1e3 * touched.T), color=DRAWN, lw=1.2, label="drawn")
+    _frame(left, strokes)
+    _once(left)
+    left.set(aspect="equal", xlabel="$x_S$ [mm] (right)", ylabel="$y_S$ [mm] (up)", title="board")
+    worst = 0.0
+    for s in strokes:
+        error = 1e3 * distance_to_path(s.drawn, s.intended)
+        worst = max(worst, float(error[s.touching].max()))
+        points = 1e3 * s.drawn
+        lines = LineCollection(
+            list(np.stack([points[:-1], points[1:]], axis=1)),
+            cmap="viridis",
+            array=np.where(s.touching, error, np.nan)[:-1],
+            lw=3,
+        )
+        right.add_collection(lines)
+    for collection in right.collections:
+        collection.set_clim(0.0, max(worst, 1e-3))
+    _frame(right, strokes)
+    right.set(aspect="equal", xlabel="$x_S$ [mm]", title="distance to the intended line")
+    figure.colorbar(right.collections[0], ax=right, label="[mm]", shrink=0.8)
+    figure.suptitle(title)
+    return figure
+
+
+def drawing(log: RunLog, title: str) -> Figure | None:
+    """What is on the board at the end: the drawn line, and nothing else."""
+    strokes = [s for s in strokes_of(log) if s.touching.any()]
+    if not strokes:
+        return None
+    lo, hi = (
+        f([f(s.drawn[s.touching], axis=0) for s in strokes], axis=0) - m
+        for f, m in ((np.min, 0.01), (np.max, -0.01))
+    )
+    width, height = np.maximum(hi - lo, 0.05)
+    scale = 8.0 / max(width, height)
+    figure = plt.figure(figsize=(scale * width, scale * height))
+    axis = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+    for s in strokes:
+        touched = np.where(s.touching[:, None], s.drawn, np.nan)[::5]
+        axis.plot(*touched.T, color="black", lw=1.3, solid_capstyle="round")
+    axis.set(xlim=(lo[0], hi[0]), ylim=(lo[1], hi[1]), aspect="equal")
+    axis.axis("off")
+    return figure
+
+
+def _frame(axis: Any, strokes: list[Stroke]) -> None:
+    """Limits that show all that was drawn, wide enough for a single straight stroke."""
+    points = 1e3 * np.concatenate([p for s in strokes for p in (s.intended, s.drawn[s.touching])])
+    lo, hi = points.min(axis=0), points.max(axis=0)
+    half = np.maximum(0.5 * (hi - lo), 0.35 * float((hi - lo).max())) * 1.15 + 1.0
+    middle = 0.5 * (lo + hi)
+    axis.set_xlim(middle[0] - half[0], middle[0] + half[0])
+    axis.set_ylim(middle[1] - half[1], middle[1] + half[1])
+
+
+def estimate(log: RunLog, title: str) -> Figure | None:
+    """Platform truth against estimate, and their difference."""
+    truth, estimates = log.series(TRUTH), log.series(ESTIMATE)
+    if len(truth) < 2 or len(estimates) < 2:
+        return None
+    t = np.array([x.t for x in truth])
+    pose = np.array([x.pose for x in truth])
+    kept = [e for e in estimates if t[0] <= e.t <= t[-1]]
+    te = np.array([e.t for e in kept])
+    at = hermite(te, t, pose, np.array([x.velocity for x in truth]))
+    believed = np.array([e.pose for e in kept])
+    sigma = np.sqrt(np.array([e.covariance.diagonal()[:3] for e in kept]))
+    valid = np.array([e.valid for e in kept])
+    figure, axes = plt.subplots(3, 2, figsize=(13, 8), sharex=True, layout="constrained")
+    names = (("x", 1e3, "mm"), ("y", 1e3, "mm"), ("heading", 180 / np.pi, "deg"))
+    for i, (name, scale, unit) in enumerate(names):
+        value, difference = axes[i]
+        value.plot(t, scale * pose[:, i], color=MEANT, lw=4, alpha=0.5, label="truth")
+        value.plot(te, scale * believed[:, i], color=DRAWN, lw=1, label="estimate")
+        value.set_ylabel(f"{name} [{unit}]")
+        band = 3 * scale * sigma[:, i]
+        difference.fill_between(te, -band, band, color="0.85", label="3 sigma, as reported")
+        error = np.where(valid, scale * (believed - at)[:, i], np.nan)
+        difference.plot(te, error, color=ERROR, lw=0.8, label="error")
+        difference.set_ylabel(f"error of {name} [{unit}]")
+        reach = np.nanmax(np.abs(error)) if valid.any() else 1.0
+        difference.set_ylim(*(1.3 * max(reach, 1e-3) * np.array([-1, 1])))
+    axes[0, 0].legend(loc="upper right")
+    axes[0, 1].legend(loc="upper right")
+    for axis in axes[2]:
+        axis.set_xlabel("t [s]")
+    figure.suptitle(title)
+    return figure
+
+
+def force(log: RunLog, title: str) -> Figure | None:
+    """Force of the pen on the board over time; strokes are shaded."""
+    truth = log.series(TRUTH)
+    if len(truth) < 2 or not arm_worked(log):
+        return None
+    recent = np.concatenate([x.recent[:, 3] for x in truth])
+    t = np.concatenate([x.t + 0.001 * np.arange(-4, 1) for x in truth])
+    smooth = np.convolve(recent, np.ones(20) / 20, mode="same")
+    figure, axis = plt.subplots(figsize=(13, 4.5), layout="constrained")
+    axis.plot(t, recent, color="0.75", lw=0.6, label="every 1 ms")
+    axis.plot(t, smooth, color=DRAWN, lw=1.2, label="mean over 20 ms")
+    for s in strokes_of(log):
+        _shade(axis, s)
+    axis.set(xlabel="t [s]", ylabel="force on the board [N]")
+    top = float(np.percentile(smooth, 99.9)) * 1.6
+    axis.set_ylim(-0.1, max(top, 1.0))
+    _once(axis)
+    figure.suptitle(title)
+    return figure
+
+
+def _shade(axis: Any, stroke: Stroke) -> None:
+    axis.axvspan(stroke.t[0], stroke.t[-1], color=MEANT, alpha=0.15, lw=0)
+    axis.plot(stroke.t, stroke.force_reference, color=MEANT, lw=1.5, label="set, while drawing")
+
+
+def torques(log: RunLog, title: str) -> Figure | None:
+    """Joint torques over time; node changes are marked."""
+    commands, statuses = log.series(ARM_COMMAND), log.series(ARM_STATUS)
+    if not commands:
+        return None
+    t = np.array([c.t for c in commands])
+    tau = np.array([c.tau for c in commands])
+    figure, axes = plt.subplots(6, 1, figsize=(13, 10), sharex=True, layout="constrained")
+    for i, axis in enumerate(axes):
+        axis.plot(t, tau[:, i], color=DRAWN, lw=0.7)
+        axis.set_ylabel(f"joint {i + 1}\n[N m]")
+        for a, b in itertools.pairwise(statuses):
+            if a.node != b.node:
+                axis.axvline(b.t, color=MEANT, lw=0.8, alpha=0.7)
+    axes[-1].set_xlabel("t [s] (lines: node changes)")
+    figure.suptitle(title)
+    return figure
+
+
+def _once(axis: Any) -> None:
+    """A legend that names every label once."""
+    handles, labels = axis.get_legend_handles_labels()
+    axis.legend(
+        *zip(
+            *dict(zip(labels, zip(handles, labels, strict=True), strict=True)).values(), strict=True
+        )
+    )
