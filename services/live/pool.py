@@ -3,11 +3,13 @@
 Only circus' ``Watcher`` is used, driven from our own loop: no arbiter, no control socket, no
 signal handlers. Traps that are avoided here: ``Watcher.reap_processes`` waits for ever for a
 living process, the periodic check collides with starts and stops, and ``close_child_stdin`` needs
-a real standard input.
+a real standard input. A pipe closed between its readiness and its callback makes tornado raise
+``KeyError`` from a callback: nothing is lost by it, and it is not shown.
 """
 
 from __future__ import annotations
 
+import asyncio
 import logging
 import os
 import shlex
@@ -15,6 +17,7 @@ import signal
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from circus.watcher import Watcher
 
@@ -23,6 +26,15 @@ GRACE = 1.0  # [s] between being asked to end and being killed
 PATIENT_GRACE = 30.0  # [s] the same, for the one that may have something to finish
 
 logging.getLogger("circus").setLevel(logging.ERROR)
+
+
+def _hide_closed_pipes(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
+    """Exception handler of the loop: all are shown but tornado's of a pipe just closed."""
+    if not (
+        isinstance(context.get("exception"), KeyError)
+        and "_handle_events" in repr(context.get("handle"))
+    ):
+        loop.default_exception_handler(context)
 
 
 class Pool:
@@ -46,6 +58,7 @@ class Pool:
         Raises:
             OSError: it could not be started.
         """
+        asyncio.get_running_loop().set_exception_handler(_hide_closed_pipes)
         await self.stop(name)
         watcher = Watcher(
             name,
@@ -108,8 +121,6 @@ class Pool:
 
     async def stop_all(self, last: str) -> None:
         """End all in parallel, but ``last`` after the others and with time to finish its work."""
-        import asyncio
-
         await asyncio.gather(*(self.stop(name) for name in list(self._watchers) if name != last))
         if last in self._watchers:
             self._watchers[last].graceful_timeout = PATIENT_GRACE
