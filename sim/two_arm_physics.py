@@ -85,6 +85,7 @@ class TwoArmPhysics:
             for body in self._world.getSkeleton(index).getBodyNodes():
                 counts_as = self._named.get(body.getName(), body.getName())
                 self._nodes += [(node, counts_as) for node in body.getShapeNodes()]
+        self._by_node = {id(node): counts_as for node, counts_as in self._nodes}
         for node, body_name in self._nodes:
             if node.hasCollisionAspect() and body_name != "box":
                 node.getDynamicsAspect().setFrictionCoeff(RUBBER)
@@ -238,7 +239,7 @@ class TwoArmPhysics:
         return np.where(touched, -pad.stiffness * x - pad.damping * v, free)
 
     def _body_of(self, frame: Any) -> str:
-        return next((name for node, name in self._nodes if frame is node), "")
+        return self._by_node.get(id(frame), "")
 
 
 def _size(force: list[float]) -> float:

@@ -18,6 +18,7 @@ from arm.control import Composable, chain, parallelised
 from arm.control.objective import Objective, Rows
 from arm.control.priority import damped_inverse, priorities
 from arm.grasping.above import Above
+from arm.grasping.level import Level
 from arm.grasping.model import JOINTS
 from arm.grasping.objectives import (
     Carry,
@@ -25,7 +26,6 @@ from arm.grasping.objectives import (
     Ends,
     Flat,
     Inward,
-    Keep,
     Preshape,
     Reach,
     Rest,
@@ -86,7 +86,7 @@ class Hands:
         self.yields = Yield()
         self.above = Above()
         self.ends = Ends(lower, upper)
-        self.carry, self.roll = Carry(), Keep()
+        self.carry, self.roll = Carry(), Level()
         self.clearance, self.preshape, self.posture = Clearance(), Preshape(), Rest(rest)
         self.gm = self.force.subject_to(self.reach).called("gm")
         self.comply = self.moment.subject_to(self.force).subject_to(self.reach).called("comply")
@@ -118,6 +118,7 @@ class Hands:
         if move.controller is None:
             return np.zeros(JOINTS), np.zeros(JOINTS)
         self.yields.limit = max(HARD, 1.5 * self.force.goal) if move.presses else PUSHED
+        self.roll.carries = move.carries > 0.0
         seen: Any = scene  # what these objectives are told instead of one tip's kinematics
         away = self.yields.rows(seen, scene.dt)
         if away.activation > 0.0:  # who is thrown back already is not held up
