@@ -2,13 +2,14 @@
 
 The paper's experiments (Platt et al., section III-B) and larger: ``start = "far"`` is its first,
 from 2 m and more, ``start = "front"`` its second, from in front of the box on. ``variant = "all"``
-or several impulses make the table of recovery from pushes.
+or several impulses make the table of recovery from pushes, ``variant = "pair"`` Fig 8: in sequence
+against at once.
 """
 
 from __future__ import annotations
 
-from functools import partial
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -31,6 +32,7 @@ PROGRAMS = {
     ("far", "sequential"): "move_to_grasp.hds",
     ("far", "parallel"): "move_to_grasp_parallel.hds",
 }
+PAIR = ("sequential", "parallel")
 SCENARIOS = {"front": "reach_to_grasp", "far": "move_to_grasp"}
 Impulse = Annotated[float, Field(ge=0.0, le=400.0)]
 
@@ -38,7 +40,8 @@ Impulse = Annotated[float, Field(ge=0.0, le=400.0)]
 class Options(Base):
     """What may be chosen."""
 
-    variant: Literal["sequential", "parallel", "funnel", "sum", "all"] = "sequential"
+    variant: Literal["sequential", "parallel", "funnel", "sum", "pair", "all"] = "sequential"
+    """``pair``: in sequence and at once, from the same start."""
     start: Literal["front", "far"] = "front"
     push: Literal["none", "arm", "base", "box"] = "none"
     phase: Literal["reach", "touch", "grip", "lift"] = "grip"
@@ -52,7 +55,9 @@ class Options(Base):
         sizes = self.impulse if isinstance(self.impulse, tuple) else (self.impulse,)
         if self.table and (self.push == "none" or self.start == "far"):
             raise ValueError("several variants or impulses are of a push, with start=front")
-        if not self.table and (self.start, self.variant) not in PROGRAMS:
+        if self.variant == "pair" and self.table:
+            raise ValueError("a pair is under one push; variant=all makes the table")
+        if not self.table and self.variant != "pair" and (self.start, self.variant) not in PROGRAMS:
             known = ", ".join(f"start={s} variant={v}" for s, v in PROGRAMS)
             raise ValueError(f"no program for start={self.start} variant={self.variant}: {known}")
         if any((self.push == "none") != (size == 0.0) for size in sizes) or not sizes:
@@ -66,8 +71,10 @@ class Options(Base):
 
 
 def run(seed: int, options: Options) -> Row:
-    """One trial in lockstep, and its figures; of a table, every cell of it."""
+    """One trial in lockstep, and its figures; of a pair those of both, of a table every cell."""
     sizes = options.impulse if isinstance(options.impulse, tuple) else (options.impulse,)
+    if options.variant == "pair":
+        return {variant: _one(seed, options, variant, sizes[0]) for variant in PAIR}
     if not options.table:
         return _one(seed, options, options.variant, sizes[0])
     variants = recovery.VARIANTS if options.variant == "all" else (options.variant,)
@@ -89,6 +96,8 @@ def summary(rows: list[Row]) -> list[Line]:
     """How often it lifted the box, how fast, how smoothly, and how well it knew where it was."""
     if rows and "cells" in rows[0]:
         return recovery.table(rows)
+    if rows and PAIR[0] in rows[0]:
+        return pair_summary(rows)
     stood = [row for row in rows if not row["off_table"]]
     lines = [
         share("lifted and held", (row["success"] for row in rows), goal=0.99),
