@@ -86,6 +86,7 @@ def changed(task: tuple[float, float, float] | None = None, **world: Any) -> Sce
     scenario = scenario.model_copy(update={"world": other})
     if task is None:
         return scenario
+    assert scenario.task.box is not None
     stated = scenario.task.box.model_copy(update={"size": task})
     return scenario.model_copy(update={"task": scenario.task.model_copy(update={"box": stated})})
 
@@ -99,7 +100,9 @@ def ended(log: Recorded) -> str:
 @pytest.mark.parametrize("seed", range(5))
 def test_a_box_that_is_not_there_or_cannot_be_taken_is_told_at_once(seed: int) -> None:
     """Out of sight, on its side, or stated wider than the palms open: no arm moves to it."""
-    assert ended(run_trial(changed(x=8.0), seed, 1.0)) == "Missing"
+    blind = disturbance_from("dropout", {"t": 0.0, "sensor": "vision", "duration": 20.0}, 0.0)
+    unseen = changed().model_copy(update={"disturbance": (blind,)})
+    assert ended(run_trial(unseen, seed, 1.0)) == "Missing"
     assert ended(run_trial(changed(on_side=True), seed, 1.0)) == "On_side"
     assert ended(run_trial(changed(task=(0.203, 0.45, 0.178)), seed, 1.0)) == "Too_wide"
 
