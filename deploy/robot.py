@@ -66,6 +66,19 @@ class TwoArms(Strict):
         return self.rest_left + self.rest_right
 
 
+class Pad(Strict):
+    """A soft pad on a palm: its face gives way along the palm's normal and stays parallel to it."""
+
+    stiffness: Positive
+    """[N/m]"""
+    damping: Positive
+    """[N s/m]"""
+    stroke: Positive
+    """By which the face can give way before the pad is as hard as what it is glued to [m]."""
+    mass: Positive
+    """Of what moves with the face, of the palm's in the URDF [kg]."""
+
+
 class Palms(Strict):
     """Flat palms, one at the end of each arm, each on a load cell; masses are in the URDF.
 
@@ -79,6 +92,8 @@ class Palms(Strict):
     """Along x, y, z of P [m]."""
     force_limit: Positive
     """That a hand survives [N]."""
+    pad: Pad
+    """What the palms are covered with."""
 
 
 class HandArm(Strict):

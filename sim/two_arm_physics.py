@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from deploy.robot import TwoArmRobot
-from deploy.skeleton import BOTH, PLATFORM, load_two_arm_skeleton
+from deploy.robot import Palms, TwoArmRobot
+from deploy.skeleton import BOTH, PLATFORM, TWO_ARM_DOFS, load_two_arm_skeleton
 from sim.effects import GRAVITY, Effects
 from sim.mismatch import Drawn, apply_two_arm_mismatch
 from sim.scenario import Box, Table, World
@@ -28,6 +28,9 @@ TABLE_THICKNESS = 0.04
 """[m]"""
 STEP = 0.004
 """Longest step of the physics [s]."""
+PALMS = ("left_palm", "right_palm")
+PADS = slice(TWO_ARM_DOFS, TWO_ARM_DOFS + 2)
+"""Pads of the palms among the simulated degrees of freedom, which the controllers' have not."""
 RUBBER = 1.5
 """Friction of palms and table, high enough that the box's own decides [1]."""
 
@@ -64,17 +67,25 @@ class TwoArmPhysics:
             self._box = box.getBodyNode(0)
         self.box = self._box is not None
         self._palms = [self._skeleton.getBodyNode(link) for link in self.robot.palms.links]
-        self._known = dict(zip(("left_palm", "right_palm"), self._palms, strict=True))
+        # what is touched is the pad; it counts as its palm
+        self._named = {
+            _pad(palm, self.robot.palms, away).getName(): known
+            for palm, known, away in zip(self._palms, PALMS, (1.0, -1.0), strict=True)
+        }
+        self._known = dict(zip(PALMS, self._palms, strict=True))
         if self.box:
             self._known["box"] = self._box
-        bodies = [b for b in self._skeleton.getBodyNodes() if not b.getName().endswith("_carrier")]
+        hidden = ("_carrier", "_pad")
+        bodies = [b for b in self._skeleton.getBodyNodes() if not b.getName().endswith(hidden)]
         self._pushable = {b.getName(): b for b in bodies} | self._known
         self.bodies = tuple(self._pushable)
         # held for the life of the world: a contact whose shape node is gone crashes the process
         self._nodes: list[tuple[Any, str]] = []
         for index in range(self._world.getNumSkeletons()):
             for body in self._world.getSkeleton(index).getBodyNodes():
-                self._nodes += [(node, body.getName()) for node in body.getShapeNodes()]
+                counts_as = self._named.get(body.getName(), body.getName())
+                self._nodes += [(node, counts_as) for node in body.getShapeNodes()]
+        self._by_node = {id(node): counts_as for node, counts_as in self._nodes}
         for node, body_name in self._nodes:
             if node.hasCollisionAspect() and body_name != "box":
                 node.getDynamicsAspect().setFrictionCoeff(RUBBER)
@@ -91,6 +102,7 @@ class TwoArmPhysics:
         self._weight = [
             described.getBodyNode(link).getMass() * GRAVITY for link in self.robot.palms.links
         ]
+        self._contact = self._hardest = self._contact_forces()
         self.acceleration = np.zeros(3)
         self.applied = np.zeros(14)
 
@@ -133,8 +145,13 @@ class TwoArmPhysics:
             out[name] = [*p.tolist(), *quaternion.tolist()]
         return out
 
-    def contact_forces(self) -> dict[str, list[float]]:
-        """Contact force on palms and box in W, each x, y, z [N]; zero without contact."""
+    def hardest_forces(self) -> dict[str, list[float]]:
+        """Largest contact force on palms and box since this was last asked, in W, x, y, z [N]."""
+        hardest, self._hardest = self._hardest, self._contact
+        return hardest
+
+    def _contact_forces(self) -> dict[str, list[float]]:
+        """Contact force on palms and box in the last step, in W, each x, y, z [N]."""
         sums = {name: np.zeros(3) for name in self._known}
         for contact in self._world.getLastCollisionResult().getContacts():
             force = np.asarray(contact.force).reshape(3)
@@ -194,20 +211,76 @@ class TwoArmPhysics:
         self._world.setGravity([0.0, 0.0, -GRAVITY - effects.vertical])
         before = self.velocity
         for _ in range(self._substeps):
+            forces[PADS] = self._pad_forces()
             self._skeleton.setForces(forces)
             for name, force in effects.pushes:
                 body = self._pushable[name]
                 body.addExtForce(force, body.getLocalCOM(), False, True)
             self._world.step()
+            self._contact = self._contact_forces()
+            self._hardest = {
+                name: max(self._hardest[name], force, key=_size)
+                for name, force in self._contact.items()
+            }
         self.acceleration = (self.velocity - before) / self.robot.period
 
+    def _pad_forces(self) -> Array:
+        """Of the pads' springs and dampers, left then right, shape (2,) [N].
+
+        The solver of contacts takes no account of what springs and dampers in joints do within a
+        step: it would find a pad as soft as it is light. They are forces, therefore; of a
+        pad that touches nothing, those of the end of the step, or so light a face would not rest.
+        """
+        pad, dt = self.robot.palms.pad, self._world.getTimeStep()
+        x, v = self._skeleton.getPositions()[PADS], self._skeleton.getVelocities()[PADS]
+        free = -pad.stiffness * (x + v * dt) - pad.damping * v
+        free /= 1.0 + (pad.damping * dt + pad.stiffness * dt * dt) / pad.mass
+        touched = [any(self._contact[name]) for name in PALMS]
+        return np.where(touched, -pad.stiffness * x - pad.damping * v, free)
+
     def _body_of(self, frame: Any) -> str:
-        return next((name for node, name in self._nodes if frame is node), "")
+        return self._by_node.get(id(frame), "")
+
+
+def _size(force: list[float]) -> float:
+    return math.hypot(*force)
 
 
 def _transform(body: Any) -> tuple[Array, Array]:
     X = body.getWorldTransform()
     return np.asarray(X.rotation()), np.asarray(X.translation()).reshape(3)
+
+
+def _pad(palm: Any, palms: Palms, away: float) -> Any:
+    """Put a pad in the place of a palm's face: a body on a spring along the palm's normal.
+
+    Args:
+        palm: body of the palm; it gives its shape and some of its mass to the pad.
+        palms: their description.
+        away: which way along y of P the pad gives way.
+    """
+    pad = palms.pad
+    share = pad.mass / palm.getMass()
+    whole = palm.getInertia()
+
+    def part(of: float) -> Any:
+        return dart.dynamics.Inertia(
+            of * whole.getMass(), whole.getLocalCOM(), of * np.asarray(whole.getMoment())
+        )
+
+    palm.setInertia(part(1.0 - share))
+    for node in palm.getShapeNodes():
+        node.removeCollisionAspect()
+    joint, body = palm.createPrismaticJointAndBodyNodePair()
+    name = palm.getName().replace("_palm", "_pad")
+    joint.setName(name)
+    body.setName(name)
+    joint.setAxis([0.0, away, 0.0])
+    joint.setPositionUpperLimit(0, pad.stroke)
+    joint.setLimitEnforcement(True)
+    body.setInertia(part(share))
+    _shape(body, list(palms.size))
+    return body
 
 
 def _table(table: Table) -> Any:

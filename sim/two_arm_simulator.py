@@ -151,7 +151,7 @@ class TwoArmSimulator:
     def _truth(
         self, now: float, pose: Array, velocity: Array, acceleration: Array, effects: Effects
     ) -> Truth:
-        forces = self.physics.contact_forces()
+        forces = self.physics.hardest_forces()
         squeeze = min(math.hypot(*forces["left_palm"]), math.hypot(*forces["right_palm"]))
         return Truth(
             t=now,

@@ -23,7 +23,7 @@ from arm.grasping.nodes import Control, Step, build
 from arm.grasping.nodes.carrying import carried
 from arm.grasping.nodes.node import quantities
 from arm.grasping.regions import Regions
-from arm.grasping.scene import BoxPlace, Scene, box_in_platform
+from arm.grasping.scene import BoxPlace, Scene, between, box_in_platform
 from arm.hds import ABORT, Automaton, Program
 from arm.platform_motion import PlatformMotion
 from services.messages import ArmCommand, ArmState, ArmStatus, Estimate, ObjectEstimate
@@ -38,6 +38,8 @@ BOX_AGE = 0.3
 """A message about the box older than this is none [s]."""
 BOX_SD = 0.15
 """A box known no better than this is not known [m]."""
+PARTED = 1.0
+"""A palm that has not come back to what it held for this long has lost it [s]."""
 STIFFNESS = 4.0
 """Of joints that are held [1/s]."""
 
@@ -74,6 +76,7 @@ class GraspExecutive:
         self._t: float | None = None
         self._held_at: Array | None = None
         self._holding = False
+        self._parted = 0.0
         self._lifted = False
         self._event = ""
         self._note = ""
@@ -263,7 +266,7 @@ class GraspExecutive:
             wanted, extra = STIFFNESS * (self._held_at - state.q), np.zeros(JOINTS)
         else:
             self._held_at = None
-            wanted, extra = self.hands.execute(move, scene)
+            wanted, extra = self.hands.execute(move, scene, state.qd)
         free = not any(self.feel.touches)
         hard = float(np.abs(self.feel.pushed).max()) > self.hands.yields.limit
         tau = self._law.torque(dt, wanted, state.qd, extra, free, hard)
@@ -292,6 +295,8 @@ class GraspExecutive:
             age = seen.age + state.t - seen.t
             if float(place.sd[:3].max()) <= BOX_SD:
                 box = place
+        if box is None and self._holding:  # what is held is where the palms are
+            box = between(palms, self._size)
         return Scene(
             dt,
             state.t,
@@ -308,7 +313,10 @@ class GraspExecutive:
         """What the hands do: the node's, or holding still, with what they hold."""
         if self.state == "running":
             return self._step.move
-        if self._holding and scene.box is not None and self.feel.both:
+        # a palm that has lost touch comes back to what the other one keeps
+        self._parted = 0.0 if self.feel.both else self._parted + scene.dt
+        wide = scene.width > 0.5 * float(self._size[1])
+        if self._holding and wide and self._parted < PARTED and any(self.feel.touches):
             return carried(self.hands)
         self._holding = False
         return Move(None)
@@ -395,14 +403,14 @@ class GraspExecutive:
     def _interrupt(self, state: str, reason: str) -> None:
         """Stop the program where it is, so that it can be resumed."""
         self._start_node = False
-        self._holding = self._lifted and self.feel.both
+        self._holding = self._lifted and any(self.feel.touches)
         self.hands.carry.speed = 0.0
         self._changed |= self._step.goal is not None
         self._step = Step(lifted=self._lifted)
         self._go(state, reason)
 
     def _let_go_of_program(self) -> None:
-        self._holding = self._lifted and self.feel.both
+        self._holding = self._lifted and any(self.feel.touches)
         self.hands.carry.speed = 0.0
         self._step = Step(lifted=self._lifted)
         self._automaton = None

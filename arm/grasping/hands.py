@@ -17,6 +17,8 @@ from numpy.typing import NDArray
 from arm.control import Composable, chain, parallelised
 from arm.control.objective import Objective, Rows
 from arm.control.priority import damped_inverse, priorities
+from arm.grasping.above import Above
+from arm.grasping.level import Level
 from arm.grasping.model import JOINTS
 from arm.grasping.objectives import (
     Carry,
@@ -24,7 +26,6 @@ from arm.grasping.objectives import (
     Ends,
     Flat,
     Inward,
-    Keep,
     Preshape,
     Reach,
     Rest,
@@ -38,6 +39,10 @@ HARD = 50.0
 """Force from which a palm that presses gives way, at least [N], ..."""
 PUSHED = 20.0
 """... and one that means to touch nothing."""
+THROWS, THROWS_MOST = 3.0, 150.0
+"""Share of what is above the limit with which a palm is taken back [1], and the most of it [N]."""
+RELEASED = 0.15
+"""A box on the table is not pressed on for this long after a palm was pushed too hard [s]."""
 EASE = 0.30
 """Over which palms that begin to reach come up to speed [s]."""
 Composition = Literal["null_space", "sum"]
@@ -79,13 +84,15 @@ class Hands:
     def __init__(self, rest: Array, lower: Array, upper: Array) -> None:
         self.reach, self.force, self.moment = Reach(), Inward(), Flat()
         self.yields = Yield()
+        self.above = Above()
         self.ends = Ends(lower, upper)
-        self.carry, self.roll = Carry(), Keep()
+        self.carry, self.roll = Carry(), Level()
         self.clearance, self.preshape, self.posture = Clearance(), Preshape(), Rest(rest)
         self.gm = self.force.subject_to(self.reach).called("gm")
         self.comply = self.moment.subject_to(self.force).subject_to(self.reach).called("comply")
         self.parallel: Composable = parallelised([self.reach, self.gm, self.comply])
         self._moving = math.inf
+        self._released = 0.0
         self.lifted = self.moment.subject_to(self.force).subject_to(self.carry).called("lifted")
 
     def reset(self) -> None:
@@ -97,8 +104,13 @@ class Hands:
         """Come up to speed smoothly, from rest."""
         self._moving = 0.0
 
-    def execute(self, move: Move, scene: Scene) -> tuple[Array, Array]:
+    def execute(self, move: Move, scene: Scene, moving: Array) -> tuple[Array, Array]:
         """One tick of a move.
+
+        Args:
+            move: what to do.
+            scene: of this tick.
+            moving: joint rates measured, shape (14,) [rad/s].
 
         Returns:
             Joint rates (14,) [rad/s], and torques of forces on the world (14,) [N m].
@@ -106,8 +118,12 @@ class Hands:
         if move.controller is None:
             return np.zeros(JOINTS), np.zeros(JOINTS)
         self.yields.limit = max(HARD, 1.5 * self.force.goal) if move.presses else PUSHED
+        self.roll.carries = move.carries > 0.0
         seen: Any = scene  # what these objectives are told instead of one tip's kinematics
-        first = [self.yields.rows(seen, scene.dt), self.ends.rows(seen, scene.dt)]
+        away = self.yields.rows(seen, scene.dt)
+        if away.activation > 0.0:  # who is thrown back already is not held up
+            away = Rows(away.J, np.maximum(away.rate, away.J @ moving))
+        first = [away, self.above.rows(seen, scene.dt), self.ends.rows(seen, scene.dt)]
         rows = [o.rows(seen, scene.dt) for o in move.controller.parts()]
         below = [o.rows(seen, scene.dt) for o in move.below]
         if move.composition == "sum":
@@ -118,13 +134,32 @@ class Hands:
         if self._moving < EASE and not any(scene.feel.yielding):
             share = self._moving / EASE
             qd = qd * (share * share * (3.0 - 2.0 * share))
-        return qd, self._torque(move, scene)
+        return qd, self._torque(move, scene) + self._away(scene)
+
+    def _away(self, scene: Scene) -> Array:
+        """J^T of a force with which palms that are pressed too hard are taken back.
+
+        Along their normal alone, where they are soft: off anything hard they would bounce.
+        """
+        tau = np.zeros(JOINTS)
+        for i, yields in enumerate(scene.feel.yielding):
+            if yields:
+                pressed = float(scene.feel.pushed[i, 1])
+                excess = max(abs(pressed) - self.yields.limit, 0.0)
+                normal = scene.palms.R[i][:, 1] @ scene.palms.J[i][:3]
+                tau += normal * math.copysign(min(THROWS * excess, THROWS_MOST), pressed)
+        return tau
 
     def _torque(self, move: Move, scene: Scene) -> Array:
         """J^T of what the palms press with, and of what they carry."""
         tau = np.zeros(JOINTS)
+        if any(scene.feel.yielding):
+            self._released = RELEASED
+        self._released -= scene.dt
         if scene.box is None or not move.presses:
             return tau
+        if self._released > 0.0 and move.carries == 0.0:
+            return tau  # the table keeps it; held on to, it would be carried off
         n = scene.box.across
         for i, inward in enumerate((-n, n)):
             J, R = scene.palms.J[i], scene.palms.R[i]

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arm.control.objective import Objective, Rows
+from arm.grasping.glide import Glide
 from arm.grasping.model import JOINTS, SIDES
 from arm.grasping.scene import Scene
 
@@ -37,15 +38,16 @@ class Reach(Objective):
 
     Attributes:
         dead: radius of the dead zone [m].
-        fastest: largest speed asked for [m/s].
+        glide: of the palms, along and up, against their targets.
     """
 
     name = "reach"
-    gain = 6.0
+    FASTEST = 0.51
+    """Of a palm, in the middle of its way [m/s]."""
 
     def __init__(self) -> None:
         self.dead = 0.0
-        self.fastest = 0.30
+        self.glide = Glide((2, 2), self.FASTEST)
 
     def offsets(self, scene: Scene) -> Array:
         """From each palm to its target, along and up, shape (2, 2) [m]."""
@@ -63,21 +65,25 @@ class Reach(Objective):
         """Distances of the palms from their targets, shape (2,) [m]."""
         return np.asarray(np.linalg.norm(self.offsets(kinematics), axis=1))
 
+    def begin(self, scene: Scene) -> float:
+        """Start from rest; how long it will take [s], the same for both palms."""
+        took = self.glide.duration(float(self.error(scene).max()))
+        self.glide.begin(took)
+        return took
+
+    def speeds(self, offsets: Array, dt: float) -> Array:
+        """Of both palms against their targets, along and up, shape (2, 2) [m/s]."""
+        distance = np.maximum(np.linalg.norm(offsets, axis=1, keepdims=True), 1e-9)
+        return self.glide.step(offsets * np.maximum(1.0 - self.dead / distance, 0.0), dt)
+
     def rows(self, kinematics: Any, dt: float) -> Rows:
-        """Towards the line, no faster than ``fastest``."""
+        """Towards the line, both palms at once."""
         scene: Scene = kinematics
         assert scene.box is not None
         axes = np.array([scene.box.along, _UP])
-        J, rate = [], []
-        for palm, offset, drift in zip(
-            scene.palms.J, self.offsets(scene), self.drift(scene), strict=True
-        ):
-            distance = math.hypot(*offset)
-            wanted = self.gain * max(distance - self.dead, 0.0)
-            speed = min(wanted, self.fastest)
-            J.append(axes @ palm[:3])
-            rate.append(drift + offset * (speed / max(distance, 1e-9)))
-        return Rows(np.concatenate(J), np.concatenate(rate))
+        rate = self.drift(scene) + self.speeds(self.offsets(scene), dt)
+        J = [axes @ palm[:3] for palm in scene.palms.J]
+        return Rows(np.concatenate(J), rate.ravel())
 
 
 class Carry(Reach):
@@ -89,6 +95,7 @@ class Carry(Reach):
 
     name = "carry"
     gain = 5.0
+    fastest = 0.30
 
     def __init__(self) -> None:
         super().__init__()
@@ -111,6 +118,12 @@ class Carry(Reach):
         """See ``Reach``."""
         return np.array([[0.0, self.speed]] * 2)
 
+    def speeds(self, offsets: Array, dt: float) -> Array:
+        """See ``Reach``: what is held follows at once."""
+        distance = np.linalg.norm(offsets, axis=1, keepdims=True)
+        wanted = np.minimum(self.gain * distance, self.fastest)
+        return offsets * (wanted / np.maximum(distance, 1e-9))
+
 
 class Inward(Objective):
     """Φ_f: each palm presses inward with a reference force.
@@ -124,14 +137,17 @@ class Inward(Objective):
         force: force asked for at each palm, inward, shape (2,) [N].
         gaps: palms stay this far in front of the box's sides, shape (2,) [m]; below 0: go on until
             they touch.
-        quick: a palm that is known to be ``BRAKES`` or more from the side goes there faster.
+        quick: palms go to ``BRAKES`` before the sides in the time of their ``glide``, and only from
+            there on at the speed at which they may touch.
+        glide: of the palms inward, while they touch nothing.
     """
 
     name = "force"
-    BRAKES = 0.008
+    BRAKES = 0.001
+    """In front of the side where the box is believed to be a palm is slow [m]."""
     LIGHT = 5.0
     RAMP = 160.0
-    SPEED, FAST, CLOSES = 0.08, 0.20, 6.0
+    SPEED, FAST, CLOSES = 0.08, 0.30, 6.0
     DAMPING = 0.0005
     CREEP = 0.01
     INTEGRAL, MOST = 4.0, 10.0
@@ -142,6 +158,7 @@ class Inward(Objective):
         self.force = np.zeros(2)
         self.gaps = np.full(2, -1.0)
         self.quick = False
+        self.glide = Glide((2,), self.FAST)
         self._middle: Array | None = None
         self._leaning = 0.0
         self._reference = np.zeros(2)
@@ -149,6 +166,7 @@ class Inward(Objective):
 
     def reset(self) -> None:
         """Press no more."""
+        self.glide.begin()
         self.force[:] = self._reference[:] = self._integral[:] = 0.0
         self.gaps[:] = -1.0
         self.keep(None)
@@ -164,16 +182,19 @@ class Inward(Objective):
         n, feel = scene.box.across, scene.feel
         J, rate = [], []
         lean = self._lean(scene)
+        approach = self._approach(scene, dt)
         for i, side in enumerate(SIDES):
             if feel.yielding[i]:
                 self.force[i] = 0.0
+                self.glide.stop(i)
                 continue
             inward = -side * n
             J.append(inward @ scene.palms.J[i][:3])
             if not feel.touches[i]:
                 self._reference[i] = self._integral[i] = self.force[i] = 0.0
-                rate.append(self._approach(scene, i, side))
+                rate.append(approach[i])
                 continue
+            self.glide.stop(i)
             goal = self.goal if feel.both else self.LIGHT
             if self._reference[i] == 0.0:
                 self._reference[i] = self.LIGHT
@@ -206,17 +227,28 @@ class Inward(Objective):
         lean = self.LEAN * off + self._leaning
         return min(max(lean, -self.LEAN_MOST), self.LEAN_MOST)
 
-    def _approach(self, scene: Scene, i: int, side: float) -> float:
-        """Speed inward of a palm that touches nothing [m/s]."""
-        assert scene.box is not None
-        box = scene.box
-        way = side * float(box.across @ (scene.palms.p[i] - box.p))
-        left = way - 0.5 * float(box.size[1]) - float(scene.half_palm[1])
-        if self.gaps[i] >= 0.0:
-            return min(max(self.CLOSES * (left - self.gaps[i]), -self.FAST), self.FAST)
+    def _approach(self, scene: Scene, dt: float) -> Array:
+        """Speeds inward of palms that touch nothing, shape (2,) [m/s]."""
+        heel = Preshape.OPEN * float(scene.half_palm[2])  # nearer than the middle by this
+        left = gaps(scene) - heel
+        touches = scene.feel.touches
+        if touches[0] != touches[1]:
+            # the box's other side is where its width says, not where it was seen
+            left[touches.index(False)] = scene.width - float(scene.size[1]) - 2.0 * heel
+        way = np.full(2, self.glide.servo(self.SPEED))
         if self.quick:
-            return min(max(self.CLOSES * (left - self.BRAKES), self.SPEED), self.FAST)
-        return self.SPEED
+            way = np.maximum(left - self.BRAKES, way)
+        speed = self.glide.step(way, dt, self.SPEED)
+        outside = np.clip(self.CLOSES * (left - self.gaps), -self.FAST, self.FAST)
+        return np.where(self.gaps >= 0.0, np.minimum(speed, outside), speed)
+
+
+def gaps(scene: Scene) -> Array:
+    """Of the palms to the box's sides, along the line, shape (2,) [m]."""
+    assert scene.box is not None
+    box = scene.box
+    out = np.array(SIDES) * ((np.array(scene.palms.p) - box.p) @ box.across)
+    return np.asarray(out - 0.5 * float(box.size[1]) - float(scene.half_palm[1]))
 
 
 class Flat(Objective):
@@ -286,26 +318,24 @@ class Clearance(Objective):
     """Keeps the palms outside while they go around the box."""
 
     name = "clearance"
-    gain = 3.0
-    fastest = 0.2
+    FASTEST = 0.2
 
     def __init__(self) -> None:
         self.gaps = np.full(2, 0.05)
+        self.glide = Glide((2,), self.FASTEST)
 
     def rows(self, kinematics: Any, dt: float) -> Rows:
         """Along the line, to ``gaps`` [m] in front of the box's sides."""
         scene: Scene = kinematics
         assert scene.box is not None
-        box = scene.box
+        speed = self.glide.step(self.gaps - gaps(scene), dt)
         J, rate = [], []
-        face = 0.5 * float(box.size[1]) + float(scene.half_palm[1])
         for i, side in enumerate(SIDES):
             if scene.feel.yielding[i]:
+                self.glide.stop(i)
                 continue
-            out = side * box.across
-            wanted = self.gain * (face + self.gaps[i] - float(out @ (scene.palms.p[i] - box.p)))
-            J.append(out @ scene.palms.J[i][:3])
-            rate.append(min(max(wanted, -self.fastest), self.fastest))
+            J.append(side * scene.box.across @ scene.palms.J[i][:3])
+            rate.append(float(speed[i]))
         return stack(J, rate)
 
 
@@ -317,32 +347,34 @@ class Preshape(Objective):
     """
 
     name = "preshape"
-    gain = 4.0
-    fastest = 1.2
-    OPEN = 0.10
+    FASTEST = 1.2
+    OPEN = 0.04
     """Of the fingers, outwards [rad]."""
 
     def __init__(self) -> None:
         self.firm = True
+        self.glide = Glide((2, 3), self.FASTEST)
 
     def rows(self, kinematics: Any, dt: float) -> Rows:
         """Turns of each palm towards its shape."""
         scene: Scene = kinematics
         assert scene.box is not None
         n, along = scene.box.across, scene.box.along
-        J, rate = [], []
+        c, s = math.cos(self.OPEN), math.sin(self.OPEN)
+        turns = np.zeros((2, 3))
         for i, side in enumerate(SIDES):
-            if scene.feel.touches[i] and not self.firm:
-                continue
-            c, s = math.cos(self.OPEN), math.sin(self.OPEN)
             z = -(c * along + s * side * n)
             y = c * n - s * side * along
             E = scene.palms.R[i] @ np.array([np.cross(y, z), y, z])
-            turn = 0.5 * np.array([E[1, 2] - E[2, 1], E[2, 0] - E[0, 2], E[0, 1] - E[1, 0]])
-            wanted = self.gain * turn
-            wanted *= min(1.0, self.fastest / max(float(np.linalg.norm(wanted)), 1e-9))
+            turns[i] = 0.5 * np.array([E[1, 2] - E[2, 1], E[2, 0] - E[0, 2], E[0, 1] - E[1, 0]])
+        speed = self.glide.step(turns, dt)
+        J, rate = [], []
+        for i in range(2):
+            if scene.feel.touches[i] and not self.firm:
+                self.glide.stop(i)
+                continue
             J.append(scene.palms.J[i][3:])
-            rate.append(wanted)
+            rate.append(speed[i])
         if not J:
             return _NOTHING
         return Rows(np.concatenate(J), np.concatenate(rate))

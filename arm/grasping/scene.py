@@ -70,6 +70,20 @@ def box_in_platform(seen: ObjectEstimate, base: Base, size: Array) -> BoxPlace:
     return BoxPlace(p, R, velocity, size, sd)
 
 
+def between(palms: Palms, size: Array) -> BoxPlace:
+    """The box in B if nothing is known but that it is held: upright, in the middle of the palms.
+
+    Args:
+        palms: what holds it.
+        size: of the box along x, y, z of X [m].
+    """
+    gap = palms.p[0] - palms.p[1]
+    y = np.array([gap[0], gap[1], 0.0]) / max(float(np.hypot(gap[0], gap[1])), 1e-9)
+    z = np.array([0.0, 0.0, 1.0])
+    R = np.column_stack([np.cross(y, z), y, z])
+    return BoxPlace(0.5 * (palms.p[0] + palms.p[1]), R, np.zeros(3), size, np.zeros(4))
+
+
 @dataclass
 class Scene:
     """One tick.

@@ -57,6 +57,7 @@ def figures(log: Recorded) -> dict[str, Any]:
         "fell_back": len([1 for a, b in _steps(log) if b in FALLS]),
         "nees": nees(log),
     }
+    # from the entry of the first controller to that of the lift, settling included
     out["grasp_s"] = None if first is None or comply is None else comply - first
     out["start_s"] = first
     out["jerk_rms"] = None
@@ -92,29 +93,32 @@ def entries(log: Recorded) -> dict[str, float]:
 
 
 def jerk(truth: list[Truth], first: float, last: float) -> float:
-    """Of both palms between two instants, rms [m/s^3]; smoothed over 0.2 s, as a hand is seen."""
-    mine = [m for m in truth if first <= m.t <= last]
-    if len(mine) < 8:
+    """Of both palms' middles between two instants, rms over time and palms [m/s^3].
+
+    Third derivative of a quartic fitted to the true path over 0.2 s, as a hand is seen. The path
+    before and after belongs to the fit: one cut off at the instants would be extrapolated there.
+    """
+    t = np.array([m.t for m in truth])
+    mine = (first <= t) & (t <= last)
+    if len(t) <= SMOOTH or not mine.any():
         return 0.0
-    p = np.array([[m.bodies[n][:3] for n in PALMS] for m in mine])
-    dt = (mine[-1].t - mine[0].t) / (len(mine) - 1)
-    if len(p) <= SMOOTH:
-        return 0.0
-    third = savgol_filter(p, SMOOTH, 4, deriv=3, delta=dt, axis=0)
-    return float(np.sqrt(np.mean(np.sum(third**2, axis=2))))
+    p = np.array([[m.bodies[n][:3] for n in PALMS] for m in truth])
+    third = savgol_filter(p, SMOOTH, 4, deriv=3, delta=float(np.mean(np.diff(t))), axis=0)
+    return float(np.sqrt(np.mean(np.sum(third[mine] ** 2, axis=2))))
 
 
 def carried(truth: list[Truth], since: float | None, held: bool) -> dict[str, float | None]:
-    """Tilt and slip of the box from the beginning of the lift on: largest [deg], [mm]."""
+    """Tilt and slip of the box from the beginning of the lift on: largest [deg], [mm]; tilt at the
+    end [deg]."""
     if since is None or not held:
-        return {"tilt_deg": None, "slip_mm": None}
+        return {"tilt_deg": None, "tilt_end_deg": None, "slip_mm": None}
     mine = [m for m in truth if m.t >= since]
-    tilt = max(
+    tilts = [
         math.degrees(math.acos(min(1.0, max(-1.0, turned(m.bodies["box"])[2, 2])))) for m in mine
-    )
+    ]
     at = [_in_palm(m) for m in mine if m.t >= since + 0.2]
     slip = max((float(np.linalg.norm(p - at[0])) for p in at), default=0.0)
-    return {"tilt_deg": tilt, "slip_mm": 1000.0 * slip}
+    return {"tilt_deg": max(tilts), "tilt_end_deg": tilts[-1], "slip_mm": 1000.0 * slip}
 
 
 def _in_palm(m: Truth) -> Array:

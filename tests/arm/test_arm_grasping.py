@@ -11,6 +11,7 @@ import pytest
 
 from arm.control.priority import priorities
 from arm.grasping.feel import Feel
+from arm.grasping.glide import Glide
 from arm.grasping.hands import Hands, written
 from arm.grasping.model import JOINTS, TwoArmModel
 from arm.grasping.nodes import REGISTRY
@@ -57,8 +58,8 @@ def test_pressing_does_not_move_the_palms_off_the_line() -> None:
     """Rows of the reach are met exactly, whatever the force asks for below them."""
     ours, seen = hands(), scene()
     anything: Any = seen
-    reach = ours.reach.rows(anything, 0.004)
     rows = [o.rows(anything, 0.004) for o in ours.gm.parts()]
+    reach = rows[0]
     qd = priorities(rows, JOINTS).qd
     assert reach.J @ qd == pytest.approx(reach.rate, abs=1e-9)
     assert np.abs(rows[1].J @ qd - rows[1].rate).max() < 1e-9
@@ -127,3 +128,31 @@ def test_a_palm_pushed_too_hard_gives_way_before_anything_else() -> None:
     assert seen.box is not None
     out = [float(s * seen.box.across @ seen.palms.J[i][:3] @ qd) for i, s in enumerate((1, -1))]
     assert min(out) > 0.5
+
+
+def test_a_glide_arrives_in_its_time_at_the_speed_asked_for_with_the_least_jerk() -> None:
+    """From rest over 0.3 m in 1 s: there, at 0.08 m/s; at rest, jerk is 720 L^2/T^5 in all."""
+    dt, way = 0.001, 0.3
+    for end in (0.0, 0.08):
+        glide = Glide((1,), fastest=1.0, soonest=0.02)
+        glide.begin(1.0)
+        path = [0.0]
+        for _ in range(1000):
+            left = max(way - path[-1], glide.servo(end))
+            path.append(path[-1] + dt * float(glide.step([left], dt, end)[0]))
+        assert path[-1] == pytest.approx(way, abs=0.002)
+        assert glide.speed[0] == pytest.approx(end, abs=0.01)
+        if end == 0.0:
+            jerk = np.diff(np.array(path), 3) / dt**3
+            assert np.sum(jerk[:900] ** 2) * dt < 1.05 * 720.0 * way**2
+
+
+def test_a_disturbed_glide_is_stretched_and_still_arrives() -> None:
+    """Pushed 0.2 m off when it was nearly there: no faster than a little above ``fastest``."""
+    glide = Glide((1,), fastest=0.5)
+    way, speeds = 0.2, []
+    for _ in range(500):
+        speeds.append(float(glide.step([way], 0.004)[0]))
+        way -= 0.004 * speeds[-1]
+    assert max(speeds) < 1.3 * 0.5
+    assert abs(way) < 0.001

@@ -32,6 +32,8 @@ class GraspOpen:
     def enter(self, scene: Scene, hands: Hands, regions: Regions) -> None:
         """Press no more."""
         hands.reset()
+        hands.clearance.glide.begin()
+        hands.preshape.glide.begin()
 
     def update(self, scene: Scene, hands: Hands, regions: Regions) -> Step:
         """Opened where the palms are clear."""

@@ -11,6 +11,7 @@ from arm.grasping.hands import Composition, Hands, Move
 from arm.grasping.nodes.comply import SETTLE
 from arm.grasping.nodes.node import TIMEOUT, TIMEOUT_EVENT, Clock, Step
 from arm.grasping.nodes.pressing import FORCE, TOO_WIDE, Width, press
+from arm.grasping.nodes.reach import begin
 from arm.grasping.regions import Regions
 from arm.grasping.scene import Scene
 from arm.hds import Event, NodeType, Parameter, ParameterValue
@@ -18,8 +19,10 @@ from arm.hds import Event, NodeType, Parameter, ParameterValue
 FAR, ON = 0.17, 0.07
 """Distances from the line between which the palms close in: fingertips pass the box's front corner
 at the first [m]."""
-OUTSIDE, BESIDE = 0.06, 0.018
+OUTSIDE, BESIDE = 0.035, 0.005
 """From the box's sides, kept by palms at these distances [m]."""
+SOONER = 0.87
+"""Share of the time of the reach in which the palms come to the sides of the box [1]."""
 
 
 class GraspParallel:
@@ -42,7 +45,7 @@ class GraspParallel:
         """Nothing has settled yet."""
         self._for = 0.0
         hands.reset()
-        hands.begin()
+        hands.force.glide.begin(SOONER * begin(hands, scene))
 
     def update(self, scene: Scene, hands: Hands, regions: Regions) -> Step:
         """Complied after ``Settle`` inside the goal region of the compliance."""

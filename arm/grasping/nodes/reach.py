@@ -16,6 +16,14 @@ AROUND = 0.06
 """Farther from the line than this a palm goes around outside [m]."""
 
 
+def begin(hands: Hands, scene: Scene) -> float:
+    """Start a reach from rest, all of it in one time; the time [s]."""
+    took = hands.reach.begin(scene)
+    hands.clearance.glide.begin(took)
+    hands.preshape.glide.begin(took)
+    return took
+
+
 class GraspReach:
     """Φ_reach, with clearance and preshape below it.
 
@@ -33,15 +41,16 @@ class GraspReach:
     def enter(self, scene: Scene, hands: Hands, regions: Regions) -> None:
         """Press no more."""
         hands.reset()
+        begin(hands, scene)
         self._opening = any(scene.feel.touches)
-        if not self._opening:
-            hands.begin()
 
     def update(self, scene: Scene, hands: Hands, regions: Regions) -> Step:
         """Reached inside the goal region."""
         errors = hands.reach.error(scene)
         hands.reach.dead = 0.0
-        self._opening = self._opening and any(scene.feel.touches)
+        if self._opening and not any(scene.feel.touches):
+            self._opening = False
+            begin(hands, scene)
         around = np.clip((errors - 0.02) / (AROUND - 0.02), 0.0, 1.0)
         hands.clearance.gaps = self._near + (AROUND - self._near) * around
         hands.preshape.firm = True
