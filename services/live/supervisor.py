@@ -16,6 +16,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TextIO
 
+from services.live.notify import notify
 from services.live.pool import Pool
 from services.live.process import FACTORY
 from services.messages import BASE_ENDED, PROGRAM_ENDED, Health
@@ -45,6 +46,23 @@ class Event:
     detail: str = ""
 
 
+@dataclass(frozen=True)
+class Spread:
+    """Which part of a hosts file runs here.
+
+    Attributes:
+        file: the hosts file.
+        host: this host's name in it.
+        keys: folder of this host's certificates.
+        everywhere: the services of all hosts, in starting order.
+    """
+
+    file: Path
+    host: str
+    keys: Path
+    everywhere: tuple[str, ...]
+
+
 @dataclass
 class Plan:
     """What to run.
@@ -60,7 +78,8 @@ class Plan:
             done what it was to do.
         start_program: live only: have the arm start its program once every service is ready.
         log: file the recorder writes; None for its default.
-        services: in starting order.
+        services: that are started here, in starting order.
+        spread: services on several hosts, this one among them; None if all run here.
     """
 
     run_dir: Path
@@ -79,6 +98,7 @@ class Plan:
     start_program: bool = False
     log: Path | None = None
     services: tuple[str, ...] = PROCESSES
+    spread: Spread | None = None
     factory: str = FACTORY
     epoch: float = field(default_factory=time.monotonic)
 
@@ -142,11 +162,13 @@ class Supervisor:
                     await self._bring_up(name)
                 if self.plan.start_program and not self._stop.is_set():
                     await self._start_program()
+                notify("READY=1")
                 end = time.monotonic() + (self.plan.duration or float("inf"))
                 while not self._stop.is_set() and time.monotonic() < end:
                     await self._watch()
                 await self._pool.stop_all(last=RECORDER)
         finally:
+            notify("STOPPING=1")
             await self._pool.stop_all(last=RECORDER)
             self._tell("", "ended")
         return self._success
@@ -196,7 +218,11 @@ class Supervisor:
         args += ["--robot", plan.robot, "--observer", plan.observer, "--rt", plan.rt]
         args += ["--epoch", repr(plan.epoch), "--factory", plan.factory]
         args += ["--parent", str(os.getpid())]
-        args += ["--services", ",".join(n for n in plan.services if n != RECORDER)]
+        running = plan.services if plan.spread is None else plan.spread.everywhere
+        args += ["--services", ",".join(n for n in running if n != RECORDER)]
+        if plan.spread is not None:
+            args += ["--hosts", str(plan.spread.file), "--host", plan.spread.host]
+            args += ["--keys", str(plan.spread.keys)]
         args += ["--log", str(plan.log)] if plan.log is not None else []
         args += ["--ticks", str(plan.ticks)] if plan.ticks is not None else []
         args += ["--restarted"] if restarted else []
@@ -206,6 +232,7 @@ class Supervisor:
     async def _watch(self) -> None:
         """One round: sleep, listen, look after the dead, the hung and those due for a restart."""
         before = time.monotonic()
+        notify("WATCHDOG=1")
         await asyncio.sleep(POLL)
         now = time.monotonic()
         if now - before > self.plan.hang / 2:  # we were the ones who stood still
