@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from arm.hds import Finding, Program, Registry
 
-OWNERS = ("arm", "two_arms", "platform", "arm_states")
+OWNERS = ("arm", "two_arms", "platform", "arm_states", "platform_states")
 
 _INTERFACE = re.compile(r"^\s*INTERFACE\s*=\s*(\w+)", re.MULTILINE)
 
@@ -64,6 +64,10 @@ def kind(owner: str) -> Kind:
         from arm.safe_states import STATES
 
         return Kind(owner, STATES, lambda program: [])
+    if owner == "platform_states":
+        from base.safe_states import STATES as PLATFORM_STATES
+
+        return Kind(owner, PLATFORM_STATES, lambda program: [])
     if owner == "platform":
         from base.nodes import REGISTRY as TYPES
         from base.nodes import build
