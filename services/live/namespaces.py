@@ -1,8 +1,9 @@
 """Hosts that are none: network namespaces of this machine, joined by links as bad as asked.
 
 Each host has its own address, its own loop-back and nothing else. What a host sends is delayed,
-jittered and lost by ``tc netem`` on its end of the link, so that a message between two hosts
-passes one such queue. The bridge lives in a namespace too: nothing of this machine changes.
+jittered and lost, so that a message between two hosts suffers once: by ``tc netem`` on its end of a
+veth pair where the kernel has it, else in software (``bad_link.py``). The bridge between the pairs
+lives in a namespace too: nothing of this machine changes.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 
 from deploy.host_file import Link
+from services.live.bad_link import Switch, open_tun
 
 _PREFIX = 24  # bits of the network that all hosts share
 _QUEUE = 10_000  # packets; netem's own 1000 would lose more than asked
@@ -29,7 +31,10 @@ class Network:
     def __init__(self, hosts: Mapping[str, str], link: Link) -> None:
         self.hosts = dict(hosts)
         self.link = link
+        self.how = ""
+        """What makes the links bad: netem, software, or nothing."""
         self._tag = f"sh{os.getpid()}"
+        self._switch: Switch | None = None
 
     def namespace(self, host: str) -> str:
         """Name of a host's namespace."""
@@ -41,63 +46,80 @@ class Network:
 
     def cut(self, host: str) -> None:
         """Take a host off the network: what it sends and what is sent to it is lost."""
-        _run("ip", "-n", self._hub, "link", "set", self._port(host), "down")
+        if self._switch is not None:
+            self._switch.cut.add(self.hosts[host])
+        else:
+            _run(*f"ip -n {self._hub} link set to{host} down".split())
 
     def join(self, host: str) -> None:
         """Put it back."""
-        _run("ip", "-n", self._hub, "link", "set", self._port(host), "up")
+        if self._switch is not None:
+            self._switch.cut.discard(self.hosts[host])
+        else:
+            _run(*f"ip -n {self._hub} link set to{host} up".split())
 
     @property
     def _hub(self) -> str:
         return f"{self._tag}-hub"
 
-    def _port(self, host: str) -> str:
-        return f"to{host}"
-
-    def _make(self) -> None:
-        hub = self._hub
+    def _make(self, seed: int) -> None:
         try:
-            _run("ip", "netns", "add", hub)
+            for name in (self._hub, *map(self.namespace, self.hosts)):
+                _run("ip", "netns", "add", name)
         except subprocess.CalledProcessError as error:
             raise NotPermitted(
                 f"no network namespaces here ({error.stderr.strip()}): be root on Linux; in a "
                 "container --cap-add SYS_ADMIN --cap-add NET_ADMIN"
             ) from None
-        _run("ip", "-n", hub, "link", "add", "br", "type", "bridge", "forward_delay", "0")
-        _run("ip", "-n", hub, "link", "set", "br", "up")
+        perfect = self.link == Link()
+        if perfect or self._has_netem():
+            self.how = "nothing" if perfect else "netem"
+            self._wire()
+        else:
+            self.how = "software"
+            files = {a: open_tun(self.namespace(h), "eth0") for h, a in self.hosts.items()}
+            self._switch = Switch(files, self.link, seed)
         for host, address in self.hosts.items():
-            ns, port = self.namespace(host), self._port(host)
-            _run("ip", "netns", "add", ns)
-            _run(*f"ip -n {hub} link add {port} type veth peer name eth0 netns {ns}".split())
-            _run(*f"ip -n {hub} link set {port} master br up".split())
-            _run("ip", "-n", ns, "address", "add", f"{address}/{_PREFIX}", "dev", "eth0")
-            _run("ip", "-n", ns, "link", "set", "lo", "up")
-            _run("ip", "-n", ns, "link", "set", "eth0", "up")
-            self._worsen(ns)
+            ns = self.namespace(host)
+            _run(*f"ip -n {ns} address add {address}/{_PREFIX} dev eth0".split())
+            _run(*f"ip -n {ns} link set lo up".split())
+            _run(*f"ip -n {ns} link set eth0 up".split())
+            if self.how == "netem":
+                _run(*f"tc -n {ns} qdisc add dev eth0 root netem {self._netem()}".split())
 
-    def _worsen(self, namespace: str) -> None:
+    def _wire(self) -> None:
+        hub = self._hub
+        _run(*f"ip -n {hub} link add name bridge0 type bridge".split())
+        _run(*f"ip -n {hub} link set bridge0 up".split())
+        for host in self.hosts:
+            pair = f"to{host} type veth peer name eth0 netns {self.namespace(host)}"
+            _run(*f"ip -n {hub} link add name {pair}".split())
+            _run(*f"ip -n {hub} link set to{host} master bridge0 up".split())
+
+    def _has_netem(self) -> bool:
+        probe = f"tc -n {self._hub} qdisc add dev lo root netem delay 1ms".split()
+        return subprocess.run(probe, capture_output=True, check=False).returncode == 0
+
+    def _netem(self) -> str:
         link = self.link
-        if not (link.delay or link.jitter or link.loss):
-            return
-        netem = f"limit {_QUEUE} delay {link.delay * 1e3}ms {link.jitter * 1e3}ms"
-        netem += f" loss {link.loss * 100}%"
-        try:
-            _run(*f"tc -n {namespace} qdisc add dev eth0 root netem {netem}".split())
-        except subprocess.CalledProcessError as error:
-            raise NotPermitted(f"this kernel has no netem ({error.stderr.strip()})") from None
+        waits = f"delay {link.delay * 1e3}ms {link.jitter * 1e3}ms" if link.delay else ""
+        return f"limit {_QUEUE} {waits} loss {link.loss * 100}%"
 
     def _remove(self) -> None:
+        if self._switch is not None:
+            self._switch.close()
         for name in (*map(self.namespace, self.hosts), self._hub):
             subprocess.run(["ip", "netns", "delete", name], capture_output=True, check=False)
 
 
 @contextmanager
-def network(hosts: Mapping[str, str], link: Link) -> Iterator[Network]:
+def network(hosts: Mapping[str, str], link: Link, seed: int = 0) -> Iterator[Network]:
     """Hosts on a network of their own, gone afterwards whatever happens.
 
     Args:
         hosts: name to IPv4 address, all in one network of 24 bits.
         link: what happens to everything a host sends.
+        seed: of what is drawn, where it is done in software.
 
     Raises:
         NotPermitted: this machine does not allow it.
@@ -107,7 +129,7 @@ def network(hosts: Mapping[str, str], link: Link) -> Iterator[Network]:
             raise NotPermitted(f"no {tool!r} here: apt-get install iproute2")
     made = Network(hosts, link)
     try:
-        made._make()
+        made._make(seed)
         yield made
     finally:
         made._remove()

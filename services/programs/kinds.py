@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from arm.hds import Finding, Program, Registry
 
-OWNERS = ("arm", "two_arms", "platform", "arm_states", "platform_states")
+OWNERS = ("arm", "two_arms", "platform", "arm_states", "platform_states", "service_states")
 
 _INTERFACE = re.compile(r"^\s*INTERFACE\s*=\s*(\w+)", re.MULTILINE)
 
@@ -68,6 +68,10 @@ def kind(owner: str) -> Kind:
         from base.safe_states import STATES as PLATFORM_STATES
 
         return Kind(owner, PLATFORM_STATES, lambda program: [])
+    if owner == "service_states":
+        from services.live.service_states import STATES as SERVICE_STATES
+
+        return Kind(owner, SERVICE_STATES, lambda program: [])
     if owner == "platform":
         from base.nodes import REGISTRY as TYPES
         from base.nodes import build
