@@ -1,8 +1,6 @@
 """Runs a program on the arm: reads state and estimate, steps the node, returns torques.
 
-States: ``idle`` (joints held), ``running``, ``paused``, ``resuming``, ``safe_hold`` (an input
-failed: contact released, waiting to be resumed), ``protective_stop`` (a limit was left: a person
-resets) and ``finished``.
+Its states are those of ``arm_states.hds``; in safe hold and in pause contact is released.
 """
 
 from __future__ import annotations
@@ -19,12 +17,13 @@ from arm.control.objective import smooth
 from arm.control.priority import priorities
 from arm.control.torque_law import Gains, TorqueLaw
 from arm.ground_work import GroundWork
-from arm.hds import ABORT, Automaton, Program
+from arm.hds import Program
 from arm.limits import Limits
 from arm.model import ArmModel
 from arm.nodes import Context, Control, Step, Wait, build
 from arm.nodes.quantities import quantities
 from arm.platform_motion import PlatformMotion
+from arm.program_runner import ProgramRunner
 from arm.recovery import AWAY, Retreat, Return, Station
 from arm.reference import JointReference
 from deploy.task import BoardPose
@@ -42,6 +41,10 @@ SLOWED = 0.1
 """Relative manipulability below which the tool moves slower, ..."""
 REFUSED = 0.05
 """... and below which a program is interrupted; a wrist is 0.08 rad from straight there."""
+DEGRADED_PACE = 0.5
+"""Share of the speed at which a program goes on while the estimate is late, ..."""
+PACE_RATE = 5.0
+"""... and how fast the share changes [1/s]."""
 MARGIN_TICKS = 5
 """The distance to the end of the arm's reach is looked at every so many ticks."""
 TOUCH = 0.3
@@ -60,7 +63,7 @@ class _Interrupted:
     pressing: bool
 
 
-class Executive:
+class Executive(ProgramRunner):
     """The arm's process without its process.
 
     Args:
@@ -70,6 +73,7 @@ class Executive:
     """
 
     def __init__(self, robot: str, board: BoardPose, gains: Gains | None = None) -> None:
+        super().__init__("the arm is", build)
         self.model = ArmModel(robot)
         self._law = TorqueLaw(self.model, gains)
         self._limits = Limits(self.model)
@@ -77,9 +81,6 @@ class Executive:
         self._board = BoardPlace(board)
         self._R_OS, self._p_OS = self._board.R, self._board.p
         self._into_board = -self._R_OS[:, 2]
-        self.state = "idle"
-        self.reason = ""
-        self._automaton: Automaton | None = None
         self._control: Control | Retreat | Return | Station | None = None
         self._node: Control | None = None
         self._interrupted: _Interrupted | None = None
@@ -87,10 +88,9 @@ class Executive:
         self._last = Step(None, np.zeros(3), np.zeros(3))
         self._felt = LowPass(TOUCH_FILTER)
         self._stiffness = self.model.robot.pen.stiffness
-        self._pace = 1.0
+        self._pace = self._calm = 1.0
         self._platform = PlatformMotion()
         self._t: float | None = None
-        self._event = ""
         self._strokes = 0
         self._in_node = 0.0
         self._new_node = False
@@ -101,38 +101,20 @@ class Executive:
         self._goals = 0
         self._note = ""
         self._status_due = 0.0
-        self._changed = False
         self._ticks = 0
         self._reach = 0.0
-        self._start_node = False
         self._start_control = False
         self._resync = False
         self._station_lost = False
         self._work = GroundWork(self.model)
 
-    # --- requests: each raises ValueError with the reason when it cannot be granted -----------
+    # --- what the safe states ask of this arm ---------------------------------------------------
 
     def start(self, program: Program) -> None:
-        """Run a checked program from its initial node.
-
-        Raises:
-            ValueError: a program is running or interrupted, the arm is stopped, or a node cannot
-                be made of its parameters.
-        """
-        if self.state not in ("idle", "finished"):
-            raise ValueError(f"the arm is {self.state}{self._because()}; {self._way_out()}")
-        if self._platform.problem:
-            raise ValueError(f"no valid estimate yet: {self._platform.problem}")
-        for node in program.nodes.values():
-            if not node.terminal:  # what cannot be made is refused before anything moves
-                build(node, program)
-        self._automaton = Automaton(program)
-        self._automaton.start()
+        """Run a checked program from its initial node; ValueError as any executive."""
+        super().start(program)
         self._strokes = 0
         self._note = ""
-        self._event = "start"
-        self._go("running", "")
-        self._start_node = True
 
     @property
     def sees(self) -> bool:
@@ -145,9 +127,9 @@ class Executive:
         Raises:
             ValueError: no node waits for it now.
         """
-        if self.state != "running" or not isinstance(self._node, Wait):
+        if not self._working or not isinstance(self._node, Wait):
             where = f" in {self._automaton.node.name}" if self._automaton else ""
-            raise ValueError(f"no node waits for an event: the arm is {self.state}{where}")
+            raise ValueError(f"no node waits for an event: {self.states}{where}")
         self._node.signal(name)
 
     @property
@@ -159,73 +141,38 @@ class Executive:
         """Take in where the observer sees the board, None if it does not."""
         self._board.see(seen)
 
-    def pause(self) -> None:
-        """Let go of the board and wait.
+    def reset(self) -> None:
+        """Leave a protective stop; ValueError if it is not in one."""
+        super().reset()
+        self._t = None  # take the present joint positions for the reference
+        self._limits.excuse()
 
-        Raises:
-            ValueError: no program is running.
-        """
-        if self.state not in ("running", "resuming"):
-            raise ValueError(f"no program is running: the arm is {self.state}")
-        self._interrupt("paused", "asked to pause", keep_place=True)
+    def _problem(self) -> str:
+        return self._platform.problem
 
-    def resume(self) -> None:
-        """Go back to where the program was interrupted, and on from there.
+    def _halt(self, keep_place: bool) -> None:
+        if self._working and self._node is not None:
+            self._interrupted = _Interrupted(self._desired.copy(), self._node.pressing)
+        self._let_go(keep_place)
 
-        Raises:
-            ValueError: nothing to resume, or the cause of the interruption is still there.
-        """
-        if self.state not in ("paused", "safe_hold"):
-            raise ValueError(f"nothing to resume: the arm is {self.state}{self._because()}")
-        if self._platform.problem:
-            raise ValueError(f"cannot resume yet: {self._platform.problem}")
+    def _drop(self, stopped: bool) -> None:
+        self._let_go(keep_place=self.sees and not stopped)
+        self._node = None
+        self._interrupted = None
+
+    def _begin_anew(self) -> None:
+        self._interrupted = None
+
+    def _come_back(self) -> None:
+        """First to where the program was interrupted; one that had not begun just begins."""
         if self._interrupted is None:
-            self._start_node = self._automaton is not None  # it had not begun
-            self._go("running" if self._start_node else "idle", "")
+            super()._come_back()
             return
         self._take(Return(self._interrupted.desired, self._interrupted.pressing))
-        self._go("resuming", "")
+        self.states.fire("Resume")
 
-    def jump(self, node: str) -> None:
-        """Let an interrupted program go on in another of its nodes once it is resumed.
-
-        Nothing moves before. The node is entered anew; one that presses is entered where the pen
-        pressed when the program was interrupted, after it was put back there.
-
-        Raises:
-            ValueError: the program is not interrupted, has no such node, or the node would press
-                where nothing was touched.
-        """
-        automaton = self._halted()
-        if node not in automaton.program.nodes:
-            known = ", ".join(automaton.program.nodes)
-            raise ValueError(f"there is no node {node!r} to jump to; there are: {known}")
-        self._redirect("jump", node)
-        automaton.reset(node)
-
-    def follow(self, event: str) -> None:
-        """Let an interrupted program go on, once resumed, as if its node had raised an event.
-
-        Raises:
-            ValueError: as for ``jump``, or the node does not handle the event.
-        """
-        automaton = self._halted()
-        node = automaton.node
-        targets = {} if node.terminal else {**node.transitions, ABORT: automaton.program.abort}
-        if event not in targets:
-            known = ", ".join(targets) or "none"
-            raise ValueError(f"{node.name} does not handle {event!r}; it handles: {known}")
-        self._redirect(event, targets[event])
-        automaton.fire(event)
-
-    def _halted(self) -> Automaton:
-        """The interrupted program."""
-        if self.state not in ("paused", "safe_hold") or self._automaton is None:
-            raise ValueError(f"the arm is {self.state}{self._because()}; pause its program first")
-        return self._automaton
-
-    def _redirect(self, event: str, target: str) -> None:
-        """Make sure that a node may be entered when the program is resumed, and have it so."""
+    def _redirected(self, target: str) -> None:
+        """A node that presses is entered where the pen pressed when it was interrupted."""
         automaton = self._halted()
         node = automaton.program.node(target)
         presses = not node.terminal and build(node, automaton.program).pressing
@@ -237,59 +184,6 @@ class Executive:
         if not presses:
             self._interrupted = None  # no need to go back to where it was
         self._node = None
-        self._event = event
-        self._go(self.state, f"goes on in {target}")
-
-    def stop(self) -> None:
-        """Give the program up, let go of the board, hold still."""
-        if self.state == "protective_stop":
-            raise ValueError(f"the arm is in protective stop: {self.reason}; reset it first")
-        self._let_go(keep_place=self.sees)
-        self._drop_program()
-        self._go("idle", "stopped by request")
-
-    def abort(self) -> None:
-        """Go to the program's abort node, from whatever node it is in or was interrupted in.
-
-        Raises:
-            ValueError: no program is running or interrupted, or there is no valid estimate.
-        """
-        if self.state not in ("running", "resuming", "paused", "safe_hold"):
-            raise ValueError(f"no program to abort: the arm is {self.state}{self._because()}")
-        if self._automaton is None:
-            raise ValueError("no program to abort: it was never begun")
-        if self._platform.problem:
-            raise ValueError(f"cannot go on yet: {self._platform.problem}; stop instead")
-        self._automaton.fire(ABORT)
-        self._event = ABORT
-        self._interrupted = None
-        if self._automaton.finished:
-            self._let_go(keep_place=True)
-            self._node = None
-            self._go("finished", "aborted")
-            return
-        self._start_node = True
-        self._go("running", "")
-
-    def protective_stop(self, reason: str) -> None:
-        """Stop now; only ``reset`` leads out."""
-        if self.state == "protective_stop":
-            return
-        self._let_go()
-        self._drop_program()
-        self._go("protective_stop", reason)
-
-    def reset(self) -> None:
-        """Leave a protective stop, once a person has looked.
-
-        Raises:
-            ValueError: the arm is not stopped.
-        """
-        if self.state != "protective_stop":
-            raise ValueError(f"the arm is {self.state}, not in protective stop")
-        self._t = None  # take the present joint positions for the reference
-        self._limits.excuse()
-        self._go("idle", "")
 
     # --- the tick ---------------------------------------------------------------------------
 
@@ -320,6 +214,7 @@ class Executive:
             self._station_lost = False
             if isinstance(self._control, Retreat) and self.state in ("paused", "finished", "idle"):
                 self._take(Station(0.0))
+        self._calm_down(dt, state.t, estimate)
         base = self._platform.base
         self._board.follow(state.t)
         if self._board.R is not self._R_OS:  # it is seen to drift
@@ -377,7 +272,7 @@ class Executive:
             state.wrench,
             self._law.saturated,
             reference.clamped,
-            reach if self.state in ("running", "resuming") else None,
+            reach if self._moving else None,
         )
         if violated is not None:
             self.protective_stop(violated)
@@ -393,15 +288,15 @@ class Executive:
         if isinstance(self._control, Station):
             self._take(Retreat(0.0))
         self._last = Step(None, self._last.desired, np.zeros(3))
-        if self._t is not None and self.state in ("running", "resuming"):
-            self._interrupt("safe_hold", "the arm's own state was late")
+        if self._t is not None and self._moving:
+            self._interrupt("Failed", "the arm's own state was late")
 
     def _without_estimate(self, problem: str) -> None:
         """Whatever relies on the platform's motion must stop relying on it."""
-        if self.state in ("running", "resuming"):
-            self._interrupt("safe_hold", problem)
+        if self._moving:
+            self._interrupt("Failed", problem)
         elif self.state == "safe_hold":
-            self.reason = problem
+            self.states.reason = problem
         elif isinstance(self._control, Station):  # nothing to keep a place by, for now
             self._take(Retreat(0.0))
             self._station_lost = True
@@ -452,11 +347,11 @@ class Executive:
         """Act on an event; returns whether there is something new in control."""
         context.desired = self._desired
         if self.state == "resuming" and event == "Out_of_Reach":
-            self._interrupt("safe_hold", "the board is not where it was")
+            self._interrupt("Failed", "the board is not where it was")
             return False
         if self.state == "resuming" and self._node is None:  # it was told to go on elsewhere
             self._interrupted = None
-            self._go("running", "")
+            self.states.fire("Back")
             self._next_node(context)
             return True
         if self.state == "resuming" and self._node is not None:
@@ -465,9 +360,9 @@ class Executive:
             self._reference.switch()
             self._interrupted = None
             self._event = "resume"
-            self._go("running", "")
+            self.states.fire("Back")
             return True
-        if self.state == "running" and self._automaton is not None:
+        if self._working and self._automaton is not None:
             self._event = event
             self._note = self._last.reason
             self._automaton.fire(event)
@@ -478,7 +373,7 @@ class Executive:
     def _guarded(self, context: Context) -> bool:
         """Follow a guard that holds, unless the node is new or has raised an event."""
         automaton = self._automaton
-        if self.state != "running" or automaton is None or self._new_node:
+        if not self._working or automaton is None or self._new_node:
             return False
         self._in_node += context.dt
         if self._last.event is not None or not automaton.guards:
@@ -502,7 +397,7 @@ class Executive:
             self._node = None
             self._control = Station(0.0)
             self._control.enter(context)
-            self._go("finished", "")
+            self.states.fire("Done")
             return
         node = self._automaton.node
         self._node = self._control = build(node, self._automaton.program)
@@ -511,14 +406,6 @@ class Executive:
         self._node.enter(context)
 
     # --- interruptions ----------------------------------------------------------------------
-
-    def _interrupt(self, state: str, reason: str, keep_place: bool = False) -> None:
-        """Stop the program where it is, so that it can be resumed."""
-        self._start_node = False
-        if self.state == "running" and self._node is not None:
-            self._interrupted = _Interrupted(self._desired.copy(), self._node.pressing)
-        self._let_go(keep_place)
-        self._go(state, reason)
 
     def _let_go(self, keep_place: bool = False) -> None:
         """Back off from what the tool touches, then keep its place or hold the joints."""
@@ -530,10 +417,12 @@ class Executive:
         self._control = control
         self._start_control = True
 
-    def _drop_program(self) -> None:
-        self._automaton = None
-        self._node = None
-        self._interrupted = None
+    def _calm_down(self, dt: float, now: float, estimate: Estimate | None) -> None:
+        """Draw slower while the estimate is late; the speed changes gradually."""
+        if estimate is not None:
+            self._look_at_age(now - estimate.t)
+        wanted = DEGRADED_PACE if self.state == "degraded" else 1.0
+        self._calm += float(np.clip(wanted - self._calm, -PACE_RATE * dt, PACE_RATE * dt))
 
     def _mind(self, manipulability: float) -> None:
         """Slow down towards a singular posture, and refuse to go on right at it.
@@ -541,15 +430,20 @@ class Executive:
         There a small motion of the tool asks for any motion of the joints. The platform may drive
         the arm there as well, which no slowness helps against.
         """
-        self._pace = smooth((manipulability - REFUSED) / (SLOWED - REFUSED))
-        if manipulability < REFUSED and self.state in ("running", "resuming"):
+        self._pace = self._calm * smooth((manipulability - REFUSED) / (SLOWED - REFUSED))
+        if manipulability < REFUSED and self._moving:
             self._interrupt(
-                "safe_hold", f"near a singular posture: manipulability {manipulability:.3f}"
+                "Failed", f"near a singular posture: manipulability {manipulability:.3f}"
             )
+
+    @property
+    def _moving(self) -> bool:
+        """Whether a program has the arm, or it is on its way back to one."""
+        return self._working or self.state == "resuming"
 
     def _pressing(self) -> bool:
         """Whether a node of a running program is at work on the board."""
-        return self.state == "running" and self._node is not None and self._node.pressing
+        return self._working and self._node is not None and self._node.pressing
 
     def _touching(self) -> bool:
         """Whether the tool may be in contact."""
@@ -558,20 +452,6 @@ class Executive:
 
     # --- what people see ----------------------------------------------------------------------
 
-    def _go(self, state: str, reason: str) -> None:
-        self.state = state
-        self.reason = reason
-        self._changed = True
-
-    def _because(self) -> str:
-        return f" ({self.reason})" if self.reason else ""
-
-    def _way_out(self) -> str:
-        return {
-            "protective_stop": "look at the robot, then reset it",
-            "running": "stop the program first",
-        }.get(self.state, "resume or stop the program first")
-
     def _status(self, now: float) -> ArmStatus | None:
         if not self._changed and now + 1e-9 < self._status_due:
             return None
@@ -579,7 +459,7 @@ class Executive:
         self._status_due = now + STATUS_PERIOD
         automaton = self._automaton
         reason = self.reason or self._note
-        if self.state in ("paused", "safe_hold") and automaton:
+        if self._halting and automaton:
             reason = f"{reason}; interrupted in {automaton.node.name}: resume or stop the program"
         return ArmStatus(
             t=now,

@@ -21,6 +21,7 @@ from base.planar import rotate
 from base.program import RunProgram
 from base.progress import Progress
 from base.respond_to_contact import RespondToContact
+from base.safe_states import platform_states
 from base.tasks import Tasks, parse
 from deploy.robot import Equipped
 from deploy.task import BaseTask
@@ -100,8 +101,9 @@ class Platform:
                 self._always.append(GiveWay(picture, radius))
         self._progress = Progress()
         self._notice = Notice() if warn else None
-        self._blocked = ""
-        self._stopped = "restarted; waiting for resume" if restarted else ""
+        self.states = platform_states()
+        if restarted:
+            self.stop("restarted; waiting for resume")
         self._waiting: HoldStill | None = None
         self.set_task(task)
 
@@ -128,7 +130,8 @@ class Platform:
         self._main = main
         self._task = task
         self._waiting = None
-        self._blocked = ""
+        if self.states.can("New_task"):
+            self.states.fire("New_task", self.stopped)
 
     def set_goal(self, x: float, y: float, heading: float) -> None:
         """Drive to X_OB = (x, y [m], heading [rad]).
@@ -184,7 +187,7 @@ class Platform:
     @property
     def stopped(self) -> str:
         """Why the platform stands until it is told to resume; empty if it does not."""
-        return self._stopped
+        return self.states.reason if self.states.state in ("stopped", "waiting_for_arm") else ""
 
     @property
     def doing(self) -> str:
@@ -193,11 +196,24 @@ class Platform:
 
     def stop(self, reason: str = "stopped by request") -> None:
         """Bring the platform to rest and keep it there until ``resume``."""
-        self._stopped = reason
+        self.states.abort(reason)
 
     def resume(self) -> None:
         """End a stop; the task goes on from where the platform is."""
-        self._stopped = self._blocked = ""
+        if self.states.can("Resume"):
+            self.states.fire("Resume", self.states.reason if self.states.state == "blind" else "")
+
+    def mind_arm(self, failed: str, works: bool) -> None:
+        """Stand while the arm cannot make up for the platform's motion.
+
+        Args:
+            failed: why it cannot; empty if it has not failed.
+            works: it can.
+        """
+        if failed and self.states.state not in ("waiting_for_arm", "stopped"):
+            self.states.fire("Arm_failed", failed)
+        elif works and not failed and self.states.state == "waiting_for_arm":
+            self.states.fire("Better")
 
     def step(
         self,
@@ -221,11 +237,10 @@ class Platform:
         Returns:
             The command, and what each behaviour wanted.
         """
-        reason = self._stopped or _unusable(now, estimate) or self._blocked
+        self._look(_unusable(now, estimate))
         votes: dict[str, Vote]
-        if reason or estimate is None:
-            votes = {"stop": STOP}
-            state = "blocked" if reason and reason == self._blocked else "stopped"
+        if self.states.type != "Votes" or estimate is None:
+            votes, state, reason = {"stop": STOP}, self.states.state, self.states.reason
         else:
             senses = Senses(estimate, arm, scan, bumper, vision or {}, self._arbiter.chosen)
             votes, state, reason = self._ask(now, senses)
@@ -233,10 +248,22 @@ class Platform:
         shown = {name: [*map(float, v.velocity), float(v.weight)] for name, v in votes.items()}
         return (
             BaseCommand(
-                t=now, velocity=chosen, planned=self._plan(now, state in ("stopped", "blocked"))
+                t=now,
+                velocity=chosen,
+                planned=self._plan(now, "stop" in votes or state == "blocked"),
             ),
             BaseStatus(t=now, state=state, reason=reason, votes=shown, chosen=chosen),
         )
+
+    def _look(self, unusable: str) -> None:
+        """Stand while there is no usable estimate."""
+        if unusable and self.states.can("Lost"):
+            self.states.fire("Lost", unusable)
+        elif self.states.state == "blind":
+            if unusable:
+                self.states.reason = unusable
+            else:
+                self.states.fire("Better")
 
     def _ask(self, now: float, senses: Senses) -> tuple[dict[str, Vote], str, str]:
         """The votes of all that take part, by name; state and reason of the platform."""
@@ -293,7 +320,7 @@ class Platform:
         command = self._arbiter.chosen
         nowhere = self._progress.check(now, wanted, allowed, command, velocity, place, going)
         if nowhere and not nowhere.startswith("held"):
-            self._blocked = nowhere
+            self.states.fire("Stuck", nowhere)
         return nowhere
 
     def _plan(self, now: float, stops: bool) -> Array:

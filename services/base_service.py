@@ -26,7 +26,7 @@ ARM_SILENT = 0.05
 """The platform stops when an arm that was heard has been silent for this long [s]."""
 FAILED = ("safe_hold", "protective_stop")
 """States of an arm that cannot make up for the platform's motion ..."""
-WORKING = ("running", "resuming", "paused", "finished")
+WORKING = ("running", "degraded", "resuming", "paused", "finished")
 """... and of one that can again."""
 
 
@@ -54,8 +54,6 @@ class BaseService:
         self._seen: dict[str, m.Vision] = {}
         self._arm_goal = ArmGoal(self._platform)
         self._status = m.BaseStatus(t=0.0)
-        self._stopped_for_arm = False
-        self._asked_to_stop = restarted
 
     def step(self, now: float, inbox: Inbox) -> Outbox:
         """One decision of the arbiter."""
@@ -75,33 +73,19 @@ class BaseService:
         return [(BASE_COMMAND, command), (BASE_STATUS, self._status)]
 
     def _mind(self, arm: m.ArmStatus | None, age: float) -> None:
-        """Stop while the arm cannot make up for our motion; go on when it can again.
+        """Stand while the arm cannot make up for our motion; go on when it can again.
 
         An arm that was never heard is no reason to stand, and neither is one that was always
         idle. One that failed must be seen to work, or a person says ``resume``.
         """
         if arm is None:
             return
-        reason = ""
+        failed = ""
         if age > ARM_SILENT:
-            reason = "the arm is silent"
+            failed = "the arm is silent"
         elif arm.state in FAILED:
-            reason = f"the arm is in {arm.state}"
-        if reason and not self._stopped_for_arm:
-            self._stopped_for_arm = True
-            self._platform.stop(reason)
-        elif self._stopped_for_arm and not reason and arm.state in WORKING:
-            self._stopped_for_arm = False
-            if not self._asked_to_stop:
-                self._platform.resume()
-
-    def _stop(self) -> None:
-        self._asked_to_stop = True
-        self._platform.stop()
-
-    def _resume(self) -> None:
-        self._stopped_for_arm = self._asked_to_stop = False
-        self._platform.resume()
+            failed = f"the arm is in {arm.state}"
+        self._platform.mind_arm(failed, arm.state in WORKING)
 
     def prepare(self, verb: str, args: dict[str, Any]) -> Callable[[], Reply]:
         """Goals, behaviours, programs, ``stop``, ``resume``.
@@ -115,8 +99,8 @@ class BaseService:
             "goal": lambda: platform.set_goal(**{k: float(v) for k, v in args.items()}),
             "abort": lambda: platform.program.abort(),
             "event": lambda: platform.program.signal(str(args.get("name", ""))),
-            "stop": self._stop,
-            "resume": self._resume,
+            "stop": platform.stop,
+            "resume": platform.resume,
         }
         if verb == "behaviour":
             acts[verb] = platform.prepare(**{"behaviour": "", **args})

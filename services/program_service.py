@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, Generic, Protocol, TypeVar
 
 from arm.hds import Program, ProgramError, Registry, load
+from arm.hds.machine import Machine
 from deploy.task import find_program
 from deploy.tomlfile import BadFile
 from services.messages import ArmCommand, ArmState, ArmStatus, Estimate
@@ -18,8 +19,7 @@ from sim.scenario import Scenario
 class Runs(Protocol):
     """An executive: runs programs, and answers each state with torques."""
 
-    state: str
-    reason: str
+    states: Machine
 
     @property
     def sees(self) -> bool:
@@ -95,7 +95,7 @@ class ProgramService(Generic[X]):
         self._start_at = scenario.task.start_at
         self._waiting = scenario.task.autostart and self._program is not None and not live
         if restarted:
-            executive.reason = "restarted; start the program again when the robot is clear"
+            executive.states.reason = "restarted; start the program again when the robot is clear"
         self._t = -1.0
 
     def step(self, now: float, inbox: Inbox) -> Outbox:
@@ -141,7 +141,7 @@ class ProgramService(Generic[X]):
 
     def state(self) -> tuple[str, str]:
         """State and reason of the executive."""
-        return self.executive.state, self.executive.reason
+        return self.executive.states.state, self.executive.states.reason
 
     def _look(self, inbox: Inbox) -> None:
         """Hand over what else the executive goes by."""

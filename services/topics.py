@@ -32,6 +32,8 @@ class Topic(Generic[M]):
         control: part of a control loop: dropped rather than queued, sent at once, highest priority.
         depth: how many unread messages a reader keeps; 1 is latest-value.
         log_rate: rate at which a run's log keeps it [Hz]; 0 keeps all.
+        readers: the services that may hear it where access is controlled; recorder and people
+            hear everything.
     """
 
     name: str
@@ -42,26 +44,52 @@ class Topic(Generic[M]):
     control: bool = False
     depth: int = 1
     log_rate: float = 0.0
+    readers: tuple[str, ...] = ()
 
 
-ARM_STATE = Topic("robot/arm_state", m.ArmState, "sim", 1000, 0.05, control=True, log_rate=200)
-CLOCK = Topic("robot/clock", m.Clock, "sim", 200, 0.5, control=True, log_rate=5)
-ODOMETRY = Topic("robot/odometry", m.Odometry, "sim", 20, 0.5, control=True, depth=64)
-IMU = Topic("robot/imu", m.Imu, "sim", 100, 0.1, control=True, depth=256)
-SCAN = Topic("robot/scan", m.Scan, "sim", 10, 0.3, depth=4)
-BUMPER = Topic("robot/bumper", m.Bumper, "sim", 50, 0.2)
-VISION = Topic("robot/vision", m.Vision, "sim", 30, 0.5, depth=16)
-ARM_COMMAND = Topic("arm/command", m.ArmCommand, "arm", 1000, 0.05, control=True, log_rate=200)
-BASE_COMMAND = Topic("base/command", m.BaseCommand, "base", 20, 0.1, control=True, depth=8)
-ESTIMATE = Topic("observer/estimate", m.Estimate, "observer", 500, 0.05, control=True, log_rate=200)
-BOARD = Topic("observer/board", m.BoardEstimate, "observer", 50, 0.5)
-OBJECT = Topic("observer/object", m.ObjectEstimate, "observer", 125, 0.5)
-ARM_STATUS = Topic("arm/status", m.ArmStatus, "arm", 50, 0.5)
+# fmt: off
+ARM_STATE = Topic(
+    "robot/arm_state", m.ArmState, "sim", 1000, 0.05, control=True, log_rate=200,
+    readers=("arm", "observer"),
+)
+CLOCK = Topic(
+    "robot/clock", m.Clock, "sim", 200, 0.5, control=True, log_rate=5,
+    readers=("observer", "arm", "base"),
+)
+ODOMETRY = Topic(
+    "robot/odometry", m.Odometry, "sim", 20, 0.5, control=True, depth=64, readers=("observer",)
+)
+IMU = Topic("robot/imu", m.Imu, "sim", 100, 0.1, control=True, depth=256, readers=("observer",))
+SCAN = Topic("robot/scan", m.Scan, "sim", 10, 0.3, depth=4, readers=("base",))
+BUMPER = Topic("robot/bumper", m.Bumper, "sim", 50, 0.2, readers=("base",))
+VISION = Topic(
+    "robot/vision", m.Vision, "sim", 30, 0.5, depth=16, readers=("observer", "base")
+)
+ARM_COMMAND = Topic(
+    "arm/command", m.ArmCommand, "arm", 1000, 0.05, control=True, log_rate=200, readers=("sim",)
+)
+BASE_COMMAND = Topic(
+    "base/command", m.BaseCommand, "base", 20, 0.1, control=True, depth=8,
+    readers=("sim", "observer"),
+)
+ESTIMATE = Topic(
+    "observer/estimate", m.Estimate, "observer", 500, 0.05, control=True, log_rate=200,
+    readers=("arm", "base"),
+)
+BOARD = Topic("observer/board", m.BoardEstimate, "observer", 50, 0.5, readers=("arm",))
+OBJECT = Topic("observer/object", m.ObjectEstimate, "observer", 125, 0.5, readers=("arm",))
+ARM_STATUS = Topic("arm/status", m.ArmStatus, "arm", 50, 0.5, readers=("base",))
 BASE_STATUS = Topic("base/status", m.BaseStatus, "base", 20, 0.5)
 TRUTH = Topic("sim/truth", m.Truth, "sim", 200, 0.5)
-SIM_TICK = Topic("sim/tick", m.Tick, "sim", 1000, 1e9, depth=8)
+SIM_TICK = Topic(
+    "sim/tick", m.Tick, "sim", 1000, 1e9, depth=8, readers=("observer", "arm", "base")
+)
 HEALTH = {s: Topic(f"{s}/health", m.Health, s, 5, 1.5) for s in PROCESSES}
-TICK = {s: Topic(f"{s}/tick", m.Tick, s, 1000, 1e9, depth=8) for s in SERVICES if s != "sim"}
+TICK = {
+    s: Topic(f"{s}/tick", m.Tick, s, 1000, 1e9, depth=8, readers=SERVICES)
+    for s in SERVICES if s != "sim"
+}
+# fmt: on
 
 _ALL: tuple[Topic[Any], ...] = (
     ARM_STATE,

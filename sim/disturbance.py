@@ -155,8 +155,21 @@ class Bias(Timed):
         return "xyz".index(self.axis or ("z" if self.sensor == "gyro" else "x"))
 
 
+class BoardShift(Timed):
+    """The whiteboard is pushed along the floor, away from the arm or into it, and stays there."""
+
+    kind: Literal["board"] = "board"
+    over: Annotated[float, Field(gt=0, le=60)] = 0.5
+    """Time it takes, from rest to rest [s]."""
+    distance: Annotated[float, Field(ge=0, le=1)]
+    """[m]"""
+    direction: Direction = 0.0
+    """Towards, from x of the world counter-clockwise [deg]."""
+
+
 Disturbance = Annotated[
-    Push | Bump | Slip | Dropout | Delay | Noise | Blinded | Bias, Field(discriminator="kind")
+    Push | Bump | Slip | Dropout | Delay | Noise | Blinded | Bias | BoardShift,
+    Field(discriminator="kind"),
 ]
 
 KINDS: dict[str, type[Timed]] = {

@@ -8,7 +8,18 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.disturbance import Bias, Blinded, Bump, Delay, Dropout, Noise, Push, Slip, Timed
+from sim.disturbance import (
+    Bias,
+    Blinded,
+    BoardShift,
+    Bump,
+    Delay,
+    Dropout,
+    Noise,
+    Push,
+    Slip,
+    Timed,
+)
 
 Array = NDArray[np.float64]
 GRAVITY = 9.81
@@ -35,6 +46,8 @@ class Effects:
     noise: dict[str, float] = field(default_factory=dict)
     gyro_bias: Array = field(default_factory=lambda: np.zeros(3))
     accel_bias: Array = field(default_factory=lambda: np.zeros(3))
+    board: Array | None = None
+    """How far the board has been moved, in W [m]; None if it has not."""
     names: list[str] = field(default_factory=list)
     slips: bool = False
     """Whether a slip acts."""
@@ -67,6 +80,11 @@ def effects_at(now: float, timeline: list[Timed]) -> Effects:
             out.slip_acceleration = out.slip_acceleration + (
                 mean * (2 * math.pi / d.duration * math.sin(phase))
             )
+        elif isinstance(d, BoardShift):
+            phase = min((now - d.t) / d.over, 1.0)
+            way = d.distance * (phase - math.sin(2 * math.pi * phase) / (2 * math.pi))
+            moved = way * _towards(d.direction)
+            out.board = moved if out.board is None else out.board + moved
         elif isinstance(d, Dropout):
             out.dropout.add(d.sensor)
         elif isinstance(d, Blinded):

@@ -44,7 +44,7 @@ class Physics:
         self.robot, self._skeleton = load_skeleton(name)
         self.drawn: Drawn = apply_mismatch(self._skeleton, self.robot, world.mismatch, rng)
         self.R_WS = world.board.rotation()
-        self.p_WS = world.board.position()
+        self.p_WS = self._stood = world.board.position()
         self._world = dart.simulation.World()
         self._world.setTimeStep(DT)
         self._world.setGravity([0.0, 0.0, -GRAVITY])
@@ -91,11 +91,15 @@ class Physics:
         node.createCollisionAspect()
         node.createDynamicsAspect().setFrictionCoeff(world.friction_pen)
         node.createVisualAspect()
+        self._board_joint = body.getParentJoint()
+        self._place_board()
+        return board, node
+
+    def _place_board(self) -> None:
         pose = dart.math.Isometry3()
         pose.set_rotation(self.R_WS)
         pose.set_translation(self.p_WS - self.R_WS[:, 2] * BOARD_THICKNESS / 2)
-        body.getParentJoint().setTransformFromParentBodyNode(pose)
-        return board, node
+        self._board_joint.setTransformFromParentBodyNode(pose)
 
     # --- state ------------------------------------------------------------------------------
 
@@ -194,6 +198,9 @@ class Physics:
             # a floor that accelerates upwards is felt as more gravity
             self._vertical = effects.vertical
             self._world.setGravity([0.0, 0.0, -GRAVITY - effects.vertical])
+        if effects.board is not None:
+            self.p_WS = self._stood + effects.board
+            self._place_board()
         before = self.velocity
         self._world.step()
         self._read()

@@ -26,7 +26,7 @@ from sim.surroundings import Surroundings
 
 Array = NDArray[np.float64]
 
-BRAKE_AFTER = 0.05
+BRAKE_AFTER = 0.045
 """The motors brake when the newest torque command is older than this [s]."""
 BRAKE = 300.0
 """Coulomb friction of an engaged brake [N m]."""
@@ -89,6 +89,11 @@ class Simulator:
         self._force = 0.0
         self._recent: list[list[float]] = []
         self._set_brakes(True)
+
+    @property
+    def braked(self) -> bool:
+        """Whether the motors brake because no command is young enough."""
+        return self._braked
 
     def refuse(self, disturbance: Timed) -> None:
         """Raise ValueError for a push on what is not there."""

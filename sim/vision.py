@@ -74,13 +74,14 @@ class VisionSensor:
         R_WB = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
         p_WB = np.array([pose[0], pose[1], 0.0])
         p_WC = p_WB + R_WB @ np.array(self._vision.position)
-        in_view = [] if "vision" in effects.blinded else self._in_view(now, R_WB, p_WC)
+        p_WS = self._p_WS if effects.board is None else self._p_WS + effects.board
+        in_view = [] if "vision" in effects.blinded else self._in_view(now, R_WB, p_WC, p_WS)
         if not in_view:
             return Vision(t=now, p=np.zeros(3), R=np.eye(3), covariance=np.eye(6), name="")
         distance, p_SM = min(in_view, key=lambda item: item[0])
         R_BS = R_WB.T @ self._R_WS
         arm = R_BS @ p_SM
-        p_BM = R_WB.T @ (self._p_WS - p_WB) + arm
+        p_BM = R_WB.T @ (p_WS - p_WB) + arm
         deviation = [
             a + b * distance
             for a, b in zip(self._vision.noise, self._vision.noise_per_metre, strict=True)
@@ -98,11 +99,13 @@ class VisionSensor:
             name=BOARD,
         )
 
-    def _in_view(self, now: float, R_WB: Array, p_WC: Array) -> list[tuple[float, Array]]:
+    def _in_view(
+        self, now: float, R_WB: Array, p_WC: Array, p_WS: Array
+    ) -> list[tuple[float, Array]]:
         """Distance from the camera [m] and p_SM of every marker in view."""
         out = []
         for p_SM in self._markers:
-            to = self._p_WS + self._R_WS @ p_SM - p_WC
+            to = p_WS + self._R_WS @ p_SM - p_WC
             distance = float(np.linalg.norm(to))
             ahead = R_WB.T @ to
             bearing = math.atan2(ahead[1], ahead[0])

@@ -1,8 +1,7 @@
 """Runs a program on two arms: reads state, estimates, steps the node, returns torques.
 
-States: ``idle`` (joints held), ``running``, ``paused``, ``safe_hold`` (an input failed: what is
-held stays held, waiting to be resumed), ``protective_stop`` (a limit was left: a person resets) and
-``finished``. Whatever happens, a box between the palms is not let go of by itself.
+Its states are those of ``arm_states.hds``. Whatever happens, a box between the palms is not let go
+of by itself.
 """
 
 from __future__ import annotations
@@ -24,8 +23,9 @@ from arm.grasping.nodes.carrying import carried
 from arm.grasping.nodes.node import quantities
 from arm.grasping.regions import Regions
 from arm.grasping.scene import BoxPlace, Scene, between, box_in_platform
-from arm.hds import ABORT, Automaton, Program
+from arm.hds import Program
 from arm.platform_motion import PlatformMotion
+from arm.program_runner import ProgramRunner
 from services.messages import ArmCommand, ArmState, ArmStatus, Estimate, ObjectEstimate
 
 Array = NDArray[np.float64]
@@ -44,7 +44,7 @@ STIFFNESS = 4.0
 """Of joints that are held [1/s]."""
 
 
-class GraspExecutive:
+class GraspExecutive(ProgramRunner):
     """The process of two arms without its process.
 
     Args:
@@ -56,6 +56,7 @@ class GraspExecutive:
     def __init__(
         self, robot: str, size: tuple[float, float, float], gains: Gains | None = None
     ) -> None:
+        super().__init__("the arms are", build)
         self.model = TwoArmModel(robot)
         arms = self.model.robot.arms
         self.hands = Hands(np.array(arms.rest), self.model.q_lower, self.model.q_upper)
@@ -65,9 +66,6 @@ class GraspExecutive:
         self._limits = Limits(self.model)
         self._size = np.array(size)
         self._half_palm = 0.5 * np.array(self.model.robot.palms.size)
-        self.state = "idle"
-        self.reason = ""
-        self._automaton: Automaton | None = None
         self._node: Control | None = None
         self._step = Step()
         self._platform = PlatformMotion()
@@ -78,96 +76,24 @@ class GraspExecutive:
         self._holding = False
         self._parted = 0.0
         self._lifted = False
-        self._event = ""
         self._note = ""
         self._cause = ""  # of the newest event that had one: why a program ended as it did
         self._in_node = 0.0
-        self._start_node = False
         self._new_node = False
         self._goals = 0
         self._status_due = 0.0
-        self._changed = False
 
-    # --- requests: each raises ValueError with the reason when it cannot be granted -----------
+    # --- what the safe states ask of these arms -------------------------------------------------
 
     def start(self, program: Program) -> None:
-        """Run a checked program from its initial node.
-
-        Raises:
-            ValueError: a program is running or interrupted, the arms are stopped, there is no
-                estimate, or a node cannot be made of its parameters.
-        """
-        if self.state not in ("idle", "finished"):
-            raise ValueError(f"the arms are {self.state}{self._because()}")
-        if self._platform.problem:
-            raise ValueError(f"no valid estimate yet: {self._platform.problem}")
-        for node in program.nodes.values():
-            if not node.terminal:
-                build(node, program)
-        self._automaton = Automaton(program)
-        self._automaton.start()
-        self._event, self._note, self._cause = "start", "", ""
-        self._go("running", "")
-        self._start_node = True
+        """Run a checked program from its initial node; ValueError as any executive."""
+        super().start(program)
+        self._note, self._cause = "", ""
 
     @property
     def sees(self) -> bool:
         """Whether there is a usable estimate of the platform."""
         return self._t is not None and not self._platform.problem
-
-    def pause(self) -> None:
-        """Hold still, with what is held.
-
-        Raises:
-            ValueError: no program is running.
-        """
-        if self.state != "running":
-            raise ValueError(f"no program is running: the arms are {self.state}")
-        self._interrupt("paused", "asked to pause")
-
-    def resume(self) -> None:
-        """Enter the node anew in which the program was interrupted.
-
-        Raises:
-            ValueError: nothing to resume, or the cause of the interruption is still there.
-        """
-        if self.state not in ("paused", "safe_hold"):
-            raise ValueError(f"nothing to resume: the arms are {self.state}{self._because()}")
-        if self._platform.problem:
-            raise ValueError(f"cannot resume yet: {self._platform.problem}")
-        self._start_node = self._automaton is not None
-        self._event = "resume"
-        self._go("running" if self._start_node else "idle", "")
-
-    def jump(self, node: str) -> None:
-        """Let an interrupted program go on in another of its nodes once it is resumed.
-
-        Raises:
-            ValueError: the program is not interrupted, or has no such node.
-        """
-        automaton = self._halted()
-        if node not in automaton.program.nodes:
-            known = ", ".join(automaton.program.nodes)
-            raise ValueError(f"there is no node {node!r} to jump to; there are: {known}")
-        automaton.reset(node)
-        self._event = "jump"
-        self._go(self.state, f"goes on in {node}")
-
-    def follow(self, event: str) -> None:
-        """Let an interrupted program go on, once resumed, as if its node had raised an event.
-
-        Raises:
-            ValueError: as for ``jump``, or the node does not handle the event.
-        """
-        automaton = self._halted()
-        if event not in (*automaton.events, ABORT):
-            known = ", ".join((*automaton.events, ABORT))
-            raise ValueError(
-                f"{automaton.node.name} does not handle {event!r}; it handles: {known}"
-            )
-        automaton.fire(event)
-        self._event = event
-        self._go(self.state, f"goes on in {automaton.node.name}")
 
     def signal(self, name: str) -> None:
         """Tell the program of an event outside it.
@@ -177,53 +103,19 @@ class GraspExecutive:
         """
         raise ValueError(f"no node waits for an event {name!r}")
 
-    def stop(self) -> None:
-        """Give the program up and hold still, with what is held.
+    def _problem(self) -> str:
+        return self._platform.problem
 
-        Raises:
-            ValueError: the arms are in protective stop.
-        """
-        if self.state == "protective_stop":
-            raise ValueError(f"the arms are in protective stop: {self.reason}; reset them first")
-        self._let_go_of_program()
-        self._go("idle", "stopped by request")
+    def _halt(self, keep_place: bool) -> None:
+        """Hold still, with what is held."""
+        self._holding = self._lifted and any(self.feel.touches)
+        self.hands.carry.speed = 0.0
+        self._changed |= self._step.goal is not None
+        self._step = Step(lifted=self._lifted)
 
-    def abort(self) -> None:
-        """Go to the program's abort node.
-
-        Raises:
-            ValueError: no program is running or interrupted, or there is no valid estimate.
-        """
-        if self.state not in ("running", "paused", "safe_hold") or self._automaton is None:
-            raise ValueError(f"no program to abort: the arms are {self.state}{self._because()}")
-        if self._platform.problem:
-            raise ValueError(f"cannot go on yet: {self._platform.problem}; stop instead")
-        self._automaton.fire(ABORT)
-        self._event = ABORT
-        self._start_node = True
-        self._go("running", "")
-
-    def protective_stop(self, reason: str) -> None:
-        """Hold still now; only ``reset`` leads out."""
-        if self.state == "protective_stop":
-            return
-        self._let_go_of_program()
-        self._go("protective_stop", reason)
-
-    def reset(self) -> None:
-        """Leave a protective stop, once a person has looked.
-
-        Raises:
-            ValueError: the arms are not stopped.
-        """
-        if self.state != "protective_stop":
-            raise ValueError(f"the arms are {self.state}, not in protective stop")
-        self._go("idle", "")
-
-    def _halted(self) -> Automaton:
-        if self.state not in ("paused", "safe_hold") or self._automaton is None:
-            raise ValueError(f"the arms are {self.state}{self._because()}; pause the program first")
-        return self._automaton
+    def _drop(self, stopped: bool) -> None:
+        self._halt(keep_place=True)
+        self._node = None
 
     # --- the tick ---------------------------------------------------------------------------
 
@@ -247,17 +139,19 @@ class GraspExecutive:
         if self._t is None or dt > LONGEST_TICK:
             dt = self.model.robot.period
             self._law.reset()
-            if self._t is not None and self.state == "running":
-                self._interrupt("safe_hold", "the arms' own state was late")
+            if self._t is not None and self._working:
+                self._interrupt("Failed", "the arms' own state was late")
         self._t = state.t
         problem = self._platform.follow(dt, state.t, self._trusted(estimate))
-        if problem and self.state == "running":
-            self._interrupt("safe_hold", problem)
+        if problem and self._working:
+            self._interrupt("Failed", problem)
+        elif estimate is not None:
+            self._look_at_age(state.t - estimate.t)
         palms = self.model.place(state.q, state.qd)
         self.feel.step(state.wrench, dt)
         scene = self._scene(dt, state, palms)
         self.regions.step(scene, self._lifted)
-        if self.state == "running":
+        if self._working:
             self._run(scene)
         move = self._move(scene)
         if move.controller is None:
@@ -271,7 +165,7 @@ class GraspExecutive:
         hard = float(np.abs(self.feel.pushed).max()) > self.hands.yields.limit
         tau = self._law.torque(dt, wanted, state.qd, extra, free, hard)
         violated = self._limits.violated(dt, state.q, state.qd)
-        if violated is not None and self.state != "protective_stop":
+        if violated is not None:
             self.protective_stop(violated)
         return ArmCommand(t=state.t, tau=tau), self._status(state.t)
 
@@ -311,7 +205,7 @@ class GraspExecutive:
 
     def _move(self, scene: Scene) -> Move:
         """What the hands do: the node's, or holding still, with what they hold."""
-        if self.state == "running":
+        if self._working:
             return self._step.move
         # a palm that has lost touch comes back to what the other one keeps
         self._parted = 0.0 if self.feel.both else self._parted + scene.dt
@@ -333,19 +227,19 @@ class GraspExecutive:
         if self._guarded(scene):
             self._update(scene)
         # what follows takes over within this tick; the language refuses cycles that take no time
-        while self._step.event is not None and self.state == "running":
+        while self._step.event is not None and self._working:
             assert self._automaton is not None
             self._event, self._note = self._step.event, self._step.reason
             self._cause = self._step.reason or self._cause
             self._automaton.fire(self._step.event)
             self._next_node(scene)
-            if self.state == "running":
+            if self._working:
                 self._update(scene)
 
     def _update(self, scene: Scene) -> None:
         assert self._node is not None
         if self._node.needs_box and scene.box is None:
-            self._interrupt("safe_hold", "the box is not known")
+            self._interrupt("Failed", "the box is not known")
             return
         before = self._step.goal
         step = self._step = self._node.update(scene, self.hands, self.regions)
@@ -359,7 +253,7 @@ class GraspExecutive:
     def _guarded(self, scene: Scene) -> bool:
         """Follow a guard that holds, unless the node is new or has raised an event."""
         automaton = self._automaton
-        if self.state != "running" or automaton is None or self._new_node:
+        if not self._working or automaton is None or self._new_node:
             return False
         self._in_node += scene.dt
         if self._step.event is not None or not automaton.guards:
@@ -368,7 +262,7 @@ class GraspExecutive:
             return False
         self._event, self._note = automaton.history[-1].event, ""
         self._next_node(scene)
-        return self.state == "running"
+        return self._working
 
     def _next_node(self, scene: Scene) -> None:
         """Enter the automaton's current node."""
@@ -380,11 +274,11 @@ class GraspExecutive:
         if self._automaton.finished:
             self._node = None
             self._hold(scene)
-            self._go("finished", self._cause or ("" if node.name == "End" else node.name))
+            self.states.fire("Done", self._cause or ("" if node.name == "End" else node.name))
             return
         self._node = build(node, self._automaton.program)
         if self._node.needs_box and scene.box is None:
-            self._interrupt("safe_hold", "the box is not known")
+            self._interrupt("Failed", "the box is not known")
             return
         self._node.enter(scene, self.hands, self.regions)
 
@@ -400,31 +294,7 @@ class GraspExecutive:
         self.hands.carry.speed = 0.0
         self._step = Step(lifted=self._lifted)
 
-    def _interrupt(self, state: str, reason: str) -> None:
-        """Stop the program where it is, so that it can be resumed."""
-        self._start_node = False
-        self._holding = self._lifted and any(self.feel.touches)
-        self.hands.carry.speed = 0.0
-        self._changed |= self._step.goal is not None
-        self._step = Step(lifted=self._lifted)
-        self._go(state, reason)
-
-    def _let_go_of_program(self) -> None:
-        self._holding = self._lifted and any(self.feel.touches)
-        self.hands.carry.speed = 0.0
-        self._step = Step(lifted=self._lifted)
-        self._automaton = None
-        self._node = None
-
     # --- what people see --------------------------------------------------------------------
-
-    def _go(self, state: str, reason: str) -> None:
-        self.state = state
-        self.reason = reason
-        self._changed = True
-
-    def _because(self) -> str:
-        return f" ({self.reason})" if self.reason else ""
 
     def _status(self, now: float) -> ArmStatus | None:
         if not self._changed and now + 1e-9 < self._status_due:

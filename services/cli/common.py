@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -57,7 +58,13 @@ def _escape(text: str) -> str:
 
 
 def running(robot: str, run_dir: Path | None) -> Endpoints:
-    """Where to reach a running robot; leaves with an error if nobody ever listened there."""
+    """Where to reach a running robot; leaves with an error if nobody ever listened there.
+
+    ``STEADYHAND_HOSTS`` and ``STEADYHAND_KEYS`` name a hosts file and a person's keys: then it is
+    reached over the network.
+    """
+    if "STEADYHAND_HOSTS" in os.environ and run_dir is None:
+        return _elsewhere(os.environ["STEADYHAND_HOSTS"], os.environ.get("STEADYHAND_KEYS", ""))
     from services.wire.endpoints import default_run_dir, local
 
     directory = run_dir or default_run_dir(robot)
@@ -67,6 +74,19 @@ def running(robot: str, run_dir: Path | None) -> Endpoints:
             "if it runs elsewhere, give its --run-dir"
         )
     return local(directory)
+
+
+def _elsewhere(hosts: str, keys: str) -> Endpoints:
+    from deploy.host_file import load_hosts
+    from deploy.tomlfile import BadFile
+    from services.wire.places import endpoints_for_people
+
+    if not keys:
+        fail("STEADYHAND_HOSTS needs STEADYHAND_KEYS, the folder from steadyhand keys", 2)
+    try:
+        return endpoints_for_people(load_hosts(hosts), Path(keys))
+    except BadFile as error:
+        fail(str(error), 2)
 
 
 @contextmanager

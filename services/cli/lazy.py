@@ -19,6 +19,8 @@ COMMANDS = {
     "trials": "services.cli.trials:trials",
     "disturb": "services.cli.requests:disturb",
     "watch": "services.live.watch:watch",
+    "hosts": "services.cli.hosts:hosts",
+    "keys": "services.cli.keys:keys",
     "doctor": "services.live.doctor:doctor",
 }
 """Command to where it is: a function, or a group of commands."""

@@ -35,7 +35,9 @@ COLOURS = {"ready": "green", "restarted": "green", "died": "red", "hung": "red"}
 
 @app.command()
 def up(
-    scenario: Annotated[str, typer.Argument(help="Name or file of a scenario.")] = "whiteboard",
+    scenario: Annotated[
+        str, typer.Argument(help="Name or file of a scenario; whiteboard, or the hosts file's.")
+    ] = "",
     paced: Annotated[
         bool, typer.Option("--paced", help="Wait for every answer: exact on any machine.")
     ] = False,
@@ -53,15 +55,23 @@ def up(
         ),
     ] = False,
     out: Annotated[Path | None, typer.Option(help="Folder for log and pictures.")] = None,
+    hosts: Annotated[
+        Path | None, typer.Option(help="Hosts file: start only what runs on --host.")
+    ] = None,
+    host: Annotated[str, typer.Option(help="This host's name in it.")] = "",
+    keys: Annotated[
+        Path | None, typer.Option(help="This host's certificates, from steadyhand keys.")
+    ] = None,
     hang: Annotated[float, typer.Option(help="No progress for this long is a hang [s].")] = 1.0,
     factory: Annotated[str, typer.Option(hidden=True)] = "",
     json: Json = False,
 ) -> None:
     """Launch all services and look after them until Ctrl-C."""
+    from deploy.host_file import load_hosts
     from deploy.tomlfile import BadFile
     from observer.observer import KINDS
     from services.live.process import FACTORY
-    from services.live.supervisor import Plan, Supervisor
+    from services.live.supervisor import Plan, Spread, Supervisor
     from services.lockstep import TICK
     from services.topics import RECORDER, SERVICES
     from services.wire.endpoints import default_run_dir
@@ -74,9 +84,22 @@ def up(
     if observer not in KINDS:
         fail(f"no observer {observer!r}. Known: {', '.join(KINDS)}", 2)
     try:
+        places = None if hosts is None else load_hosts(hosts)
+        scenario = scenario or ("whiteboard" if places is None else places.scenario)
         loaded = None if factory else load_scenario(scenario)
     except BadFile as error:
         fail(str(error), 2)
+    everywhere = SERVICES if loaded is None else (RECORDER, *loaded.services)
+    here, spread = everywhere, None
+    if places is not None and hosts is not None:
+        if host not in places.host or keys is None:
+            fail(f"--hosts needs --keys and a --host: {', '.join(places.host)}", 2)
+        robot = places.robot
+        homeless = [name for name in everywhere if name != RECORDER and not places.place(name)]
+        if homeless:
+            fail(f"{hosts}: {', '.join(homeless)} of {scenario} on no host", 2)
+        here = tuple(name for name in everywhere if places.place(name) == host)
+        spread = Spread(hosts.resolve(), host, keys.resolve(), everywhere)
     mode = "paced" if paced else "live"
     folder = out or Path("runs") / f"{Path(scenario).stem}-{mode}-{time.strftime('%Y%m%d-%H%M%S')}"
     plan = Plan(
@@ -93,11 +116,9 @@ def up(
         factory=factory or FACTORY,
         until_finished=until_finished,
         log=folder / "run.mcap",
-        services=SERVICES if loaded is None else (RECORDER, *loaded.services),
-        start_program=loaded is not None
-        and not paced
-        and loaded.task.autostart
-        and "arm" in loaded.services,
+        services=here,
+        spread=spread,
+        start_program=loaded is not None and not paced and loaded.task.autostart and "arm" in here,
     )
     events: list[Event] = []
 
@@ -115,7 +136,7 @@ def up(
         console.print(f"[bold]{scenario}[/], logs in {plan.run_dir}", highlight=False)
     supervisor = Supervisor(plan, report)
     success = supervisor.run()
-    result = None if factory else report_of(plan, folder, events, json)
+    result = report_of(plan, folder, events, json) if RECORDER in here else None
     if json:
         health = {name: asdict(newest) for name, newest in supervisor.health.items()}
         show_json(
@@ -126,8 +147,8 @@ def up(
                 "result": result,
             }
         )
-    finished = result is not None and result["outcome"].startswith("finished")
-    ended_well = finished or not until_finished or bool(factory)
+    finished = result is None or result["outcome"].startswith("finished")
+    ended_well = finished or not until_finished
     raise typer.Exit(0 if success and ended_well else 1)
 
 

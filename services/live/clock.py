@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import Protocol
 
 WINDOW = 0.04  # [s]; the robot's time may slip: what was heard long ago leads astray
+ASTRAY = 0.25  # [s]; further ahead than this of all that is heard, we were led astray
 
 
 class RobotClock(Protocol):
@@ -51,7 +52,8 @@ class HeardClock:
     """Of every other process: newest robot time heard plus local monotonic time since.
 
     The message that travelled fastest within the last one to two windows counts, so that late
-    sensors do not pull the clock back and a drift between hosts is followed. It never goes back.
+    sensors do not pull the clock back and a drift between hosts is followed. It does not go back,
+    except after it was led far ahead, by a stranger or by a step of this host's own clock.
     """
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
@@ -71,7 +73,9 @@ class HeardClock:
         """Robot time [s]; None before the robot was heard."""
         if self._start is None:
             return None
-        self._last = max(self._last, self._clock() + max(self._previous, self._current))
+        heard = self._clock() + max(self._previous, self._current)
+        if heard > self._last or heard < self._last - ASTRAY:
+            self._last = heard
         return self._last
 
     def slip(self, seconds: float) -> None:

@@ -20,6 +20,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any, NoReturn
 
+from deploy.host_file import load_hosts
 from services.live.clock import EpochClock, HeardClock
 from services.live.paced import run_paced
 from services.live.runner import ROBOT, run_live
@@ -31,6 +32,7 @@ from services.topics import ARM_STATE, PROCESSES, RECORDER, SERVICES, Topic
 from services.wire.bus import Bus, open_bus
 from services.wire.codec import decode, encode
 from services.wire.endpoints import Endpoints, local, make_run_dir
+from services.wire.places import endpoints_of
 
 FACTORY = "services.components:build_service"
 WARM_UP_TICKS = 300
@@ -84,6 +86,9 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--rt", choices=("auto", "on", "off"), default="auto")
     parser.add_argument("--listen", action="append", help="instead of the run directory's socket")
     parser.add_argument("--connect", action="append", help="instead of the run directory's sockets")
+    parser.add_argument("--hosts", type=Path, help="hosts file, where not all run here")
+    parser.add_argument("--host", help="which of them this is")
+    parser.add_argument("--keys", type=Path, help="folder of this host's certificates")
     parser.add_argument("--log", type=Path, help="of the recorder: file to write")
     parser.add_argument("--parent", type=int, help="die with this process")
     parser.add_argument("--factory", default=FACTORY, help="module:function that builds services")
@@ -103,9 +108,7 @@ def _run(options: argparse.Namespace) -> None:
     if live and options.restarted:  # the others wait for us: be as important as they are at once
         realtime.favour(options.rt)
     service = _build(options, options.service, options.restarted)
-    endpoints = local(make_run_dir(options.run_dir), options.service)
-    if options.listen or options.connect:
-        endpoints = Endpoints(tuple(options.listen or ()), tuple(options.connect or ()))
+    endpoints = _endpoints(options)
     if live:
         log.info("%s: %s", service.name, realtime.favour(options.rt))
     with open_bus(endpoints, options.robot, service.name, service.inputs, not live) as bus:
@@ -123,6 +126,16 @@ def _run(options: argparse.Namespace) -> None:
         requests.close()
 
 
+def _endpoints(options: argparse.Namespace) -> Endpoints:
+    run_dir = make_run_dir(options.run_dir)
+    if options.hosts is not None:
+        hosts = load_hosts(options.hosts)
+        return endpoints_of(hosts, options.host, options.keys, run_dir, options.service)
+    if options.listen or options.connect:
+        return Endpoints(tuple(options.listen or ()), tuple(options.connect or ()))
+    return local(run_dir, options.service)
+
+
 def _record(options: argparse.Namespace, stop: threading.Event) -> None:
     # imported here: the other processes are back sooner after a restart without these
     from services.logs.provenance import provenance
@@ -135,7 +148,7 @@ def _record(options: argparse.Namespace, stop: threading.Event) -> None:
         free_name(options.log or options.run_dir / "run.mcap"),
         provenance(load_scenario(options.scenario), options.seed, options.observer),
     )
-    endpoints = local(make_run_dir(options.run_dir), RECORDER)
+    endpoints = _endpoints(options)
     with open_bus(endpoints, options.robot, RECORDER, recorder.inputs, lossless=True) as bus:
         try:
             run_live(recorder, bus, HeardClock(), stop)

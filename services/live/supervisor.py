@@ -16,8 +16,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TextIO
 
+from arm.hds.machine import Machine
+from services.live.notify import notify
 from services.live.pool import Pool
 from services.live.process import FACTORY
+from services.live.service_states import service_states
 from services.messages import BASE_ENDED, PROGRAM_ENDED, Health
 from services.requests import NoAnswer, ask
 from services.topics import HEALTH, PROCESSES, RECORDER
@@ -45,6 +48,23 @@ class Event:
     detail: str = ""
 
 
+@dataclass(frozen=True)
+class Spread:
+    """Which part of a hosts file runs here.
+
+    Attributes:
+        file: the hosts file.
+        host: this host's name in it.
+        keys: folder of this host's certificates.
+        everywhere: the services of all hosts, in starting order.
+    """
+
+    file: Path
+    host: str
+    keys: Path
+    everywhere: tuple[str, ...]
+
+
 @dataclass
 class Plan:
     """What to run.
@@ -60,7 +80,8 @@ class Plan:
             done what it was to do.
         start_program: live only: have the arm start its program once every service is ready.
         log: file the recorder writes; None for its default.
-        services: in starting order.
+        services: that are started here, in starting order.
+        spread: services on several hosts, this one among them; None if all run here.
     """
 
     run_dir: Path
@@ -79,6 +100,7 @@ class Plan:
     start_program: bool = False
     log: Path | None = None
     services: tuple[str, ...] = PROCESSES
+    spread: Spread | None = None
     factory: str = FACTORY
     epoch: float = field(default_factory=time.monotonic)
 
@@ -94,15 +116,20 @@ STARTS = 3  # failures in a row before a service that never was ready is given u
 
 @dataclass
 class _Watched:
+    states: Machine
     pid: int = 0
-    ready: bool = False
     progress: int = -1
     advanced: float = 0.0
     started: float = 0.0
     lost: float = 0.0
     failures: int = 0
-    restart_at: float | None = None
+    due: float = 0.0
     was_ready: bool = False
+
+    @property
+    def ready(self) -> bool:
+        """Whether it was heard since it was started."""
+        return self.states.state == "ready"
 
 
 class Supervisor:
@@ -112,7 +139,7 @@ class Supervisor:
         self.plan = plan
         self.health: dict[str, Health] = {}
         self._report = report
-        self._watched = {name: _Watched() for name in plan.services}
+        self._watched = {name: _Watched(service_states(name)) for name in plan.services}
         self._stop = asyncio.Event()
         self._success = True
 
@@ -142,11 +169,13 @@ class Supervisor:
                     await self._bring_up(name)
                 if self.plan.start_program and not self._stop.is_set():
                     await self._start_program()
+                notify("READY=1")
                 end = time.monotonic() + (self.plan.duration or float("inf"))
                 while not self._stop.is_set() and time.monotonic() < end:
                     await self._watch()
                 await self._pool.stop_all(last=RECORDER)
         finally:
+            notify("STOPPING=1")
             await self._pool.stop_all(last=RECORDER)
             self._tell("", "ended")
         return self._success
@@ -189,14 +218,19 @@ class Supervisor:
     async def _start(self, name: str, restarted: bool) -> None:
         watched, plan = self._watched[name], self.plan
         now = time.monotonic()
-        watched.ready, watched.progress, watched.restart_at = False, -1, None
+        watched.states.fire("Due")
+        watched.progress = -1
         watched.started = watched.advanced = now
         args = ["-m", "services.live.process", "--service", name, "--scenario", str(plan.scenario)]
         args += ["--seed", str(plan.seed), "--mode", plan.mode, "--run-dir", str(plan.run_dir)]
         args += ["--robot", plan.robot, "--observer", plan.observer, "--rt", plan.rt]
         args += ["--epoch", repr(plan.epoch), "--factory", plan.factory]
         args += ["--parent", str(os.getpid())]
-        args += ["--services", ",".join(n for n in plan.services if n != RECORDER)]
+        running = plan.services if plan.spread is None else plan.spread.everywhere
+        args += ["--services", ",".join(n for n in running if n != RECORDER)]
+        if plan.spread is not None:
+            args += ["--hosts", str(plan.spread.file), "--host", plan.spread.host]
+            args += ["--keys", str(plan.spread.keys)]
         args += ["--log", str(plan.log)] if plan.log is not None else []
         args += ["--ticks", str(plan.ticks)] if plan.ticks is not None else []
         args += ["--restarted"] if restarted else []
@@ -206,6 +240,7 @@ class Supervisor:
     async def _watch(self) -> None:
         """One round: sleep, listen, look after the dead, the hung and those due for a restart."""
         before = time.monotonic()
+        notify("WATCHDOG=1")
         await asyncio.sleep(POLL)
         now = time.monotonic()
         if now - before > self.plan.hang / 2:  # we were the ones who stood still
@@ -215,15 +250,14 @@ class Supervisor:
         for name, code in self._pool.reap().items():
             await self._died(name, code, now)
         for name, watched in self._watched.items():
-            if watched.restart_at is not None:
-                if now >= watched.restart_at:
-                    await self._start(name, restarted=watched.was_ready)
-                continue
-            if not watched.pid:
+            state = watched.states.state
+            if state == "waiting" and watched.failures and now >= watched.due:
+                await self._start(name, restarted=watched.was_ready)
+            if state not in ("starting", "ready"):
                 continue
             limit = self._patience(name) if watched.ready else self.plan.start
             if now - watched.advanced > limit:
-                watched.advanced = now
+                watched.states.fire("Hung")
                 self._tell(name, "hung", f"no progress for {limit:.1f} s; killed")
                 self._pool.kill(name)
             elif watched.ready and watched.failures and now - watched.started > HEALTHY:
@@ -241,12 +275,12 @@ class Supervisor:
                 self.health[name] = health
                 if health.progress > watched.progress:
                     watched.progress, watched.advanced = health.progress, now
-                if not watched.ready:
-                    watched.ready = True
+                if watched.states.state == "starting":
                     took = now - (watched.lost if watched.was_ready else watched.started)
                     kind = "restarted" if watched.was_ready else "ready"
                     watched.was_ready = True
                     self._tell(name, kind, f"in {took:.2f} s")
+                watched.states.fire("Heard")
 
     def _state_of(self, name: str, health: Health) -> None:
         """Tell of a change of state, and end the run with the program if that is the plan."""
@@ -264,8 +298,10 @@ class Supervisor:
         if self.plan.mode == "paced":  # what is lost cannot be regained bit for bit
             finished = code == 0 and self.plan.ticks is not None
             self._success &= finished
+            lost_at_start = not finished and not watched.ready
+            watched.states.fire("Ended")
             self._tell(name, "ended" if finished else "died", _meaning(code))
-            if not finished and not watched.ready:
+            if lost_at_start:
                 raise StartFailed(self._why(name))
             if not finished or not any(w.pid for n, w in self._watched.items() if n != RECORDER):
                 self._stop.set()
@@ -273,9 +309,9 @@ class Supervisor:
         if watched.ready:
             watched.lost = now
         watched.failures += 1
-        watched.ready = False
+        watched.states.fire("Died")
         wait = backoff(watched.failures)
-        watched.restart_at = now + wait
+        watched.due = now + wait
         detail = f"{_meaning(code)}; restart in {wait:.2f} s, log: {self._pool.log_file(name)}"
         self._tell(name, "died", detail)
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from arm.hds import Finding, Program, Registry
 
-OWNERS = ("arm", "two_arms", "platform")
+OWNERS = ("arm", "two_arms", "platform", "arm_states", "platform_states", "service_states")
 
 _INTERFACE = re.compile(r"^\s*INTERFACE\s*=\s*(\w+)", re.MULTILINE)
 
@@ -60,6 +60,18 @@ def kind(owner: str) -> Kind:
         from arm.nodes.build import unusable
 
         return Kind(owner, GRASPING, lambda program: unusable(GRASPING, program))
+    if owner == "arm_states":
+        from arm.safe_states import STATES
+
+        return Kind(owner, STATES, lambda program: [])
+    if owner == "platform_states":
+        from base.safe_states import STATES as PLATFORM_STATES
+
+        return Kind(owner, PLATFORM_STATES, lambda program: [])
+    if owner == "service_states":
+        from services.live.service_states import STATES as SERVICE_STATES
+
+        return Kind(owner, SERVICE_STATES, lambda program: [])
     if owner == "platform":
         from base.nodes import REGISTRY as TYPES
         from base.nodes import build

@@ -26,7 +26,7 @@ PLATFORM_FIGURES = (
     "platform_stops",
     "platform_blocked_s",
 )
-HELD = ("blocked", "stopped")
+HELD = ("blocked", "stopped", "blind", "waiting_for_arm")
 """States of the platform in which it stands although it has something to do."""
 NO_OBSTACLE = 900.0
 """A clearance above this says that nothing is there [m]."""

@@ -18,30 +18,25 @@ import zenoh
 from services.messages import BadMessage, Message
 from services.service import Inbox
 from services.topics import Topic, key
-from services.wire.codec import decode, encode
+from services.wire.admission import Admission
+from services.wire.codec import encode
 from services.wire.endpoints import Endpoints, config
 
 RING = 8  # payloads kept of a latest-value topic: some may be bad, the newest good one is used
-PATIENCE = 0.5  # [s]; beyond its age limit a message is taken as a backlog and refused
-ROBOT = "sim"
-JUMP = 60.0  # [s]; a restarted robot is not further ahead than this
-FUTURE = 0.5  # [s]; a message this far ahead of us is not from our robot's time
 
 Clock = Callable[[], float]
 M = TypeVar("M", bound=Message)
 
 
 class _Reader:
-    """One subscribed topic: its slot, and what was last accepted from it."""
+    """One subscribed topic: its slot, and who judges what is in it."""
 
     def __init__(self, topic: Topic, lossless: bool) -> None:
         self.topic = topic
         size = None if lossless else max(topic.depth, RING)
         self.slot: deque[tuple[bytes, float]] = deque(maxlen=size)
         """Payloads, and when they arrived by the local clock [s]."""
-        self.seq = -1
-        self.t = -1.0
-        self.accepted_at = -float("inf")
+        self.admission = Admission(topic)
 
 
 class Bus:
@@ -191,36 +186,15 @@ class Bus:
         return out
 
     def _accept(self, reader: _Reader, payload: bytes, now: float | None) -> Message | None:
-        topic = reader.topic
+        name, admission = reader.topic.name, reader.admission
         try:
-            seq, message = decode(topic, payload)
-            if not self.lossless:
-                self._check_order(reader, seq, message, now)
+            message = admission.accept(payload, now, self._clock(), not self.lossless)
         except BadMessage as error:
-            self.refused[f"{topic.name}: {error.reason}"] += 1
+            self.refused[f"{name}: {error.reason}"] += 1
             return None
-        if topic.depth > 1 and 0 <= reader.seq < seq - 1 < reader.seq + 10_000:
-            self.lost[topic.name] += seq - 1 - reader.seq
-        reader.seq, reader.t, reader.accepted_at = seq, message.t, self._clock()
+        if admission.gap > 0:
+            self.lost[name] += admission.gap
         return message
-
-    def _check_order(self, reader: _Reader, seq: int, message: Message, now: float | None) -> None:
-        topic = reader.topic
-        silent = self._clock() - reader.accepted_at > topic.age_limit
-        if now is not None and now - message.t > topic.age_limit + PATIENCE:
-            raise BadMessage("old", f"{now - message.t:.3f} s")
-        # only the robot itself may jump ahead: restarted, it tells a time of its own
-        ahead = JUMP if silent and topic.owner == ROBOT else FUTURE
-        if now is not None and message.t - now > ahead:
-            raise BadMessage("future", f"{message.t - now:.3f} s")
-        if silent:  # nothing to compare with: the owner is new, or was restarted
-            return
-        if seq == reader.seq:
-            raise BadMessage("duplicate", str(seq))
-        if topic.depth == 1 and message.t <= reader.t:
-            raise BadMessage("stale", f"{message.t} after {reader.t}")
-        if topic.depth > 1 and seq < reader.seq:
-            raise BadMessage("stale", f"number {seq} after {reader.seq}")
 
     def take(self, topic: Topic[M]) -> list[tuple[int, M]]:
         """All good messages of a topic with their numbers, in order (lossless)."""
@@ -229,7 +203,7 @@ class Bus:
         while reader.slot:
             message = self._accept(reader, reader.slot.popleft()[0], None)
             if message is not None:
-                out.append((reader.seq, message))  # type: ignore[arg-type]
+                out.append((reader.admission.seq, message))  # type: ignore[arg-type]
         return out
 
 

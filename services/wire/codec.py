@@ -10,8 +10,8 @@ import numpy as np
 
 from services.messages import BadMessage, Message, check
 from services.topics import TOPICS, Topic
+from services.wire.endpoints import LARGEST
 
-LARGEST = 1 << 16  # [bytes]; our messages are below 2 kB
 _LAST_SEQ = 1 << 62
 
 

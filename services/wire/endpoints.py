@@ -13,13 +13,18 @@ import os
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import zenoh
 
 from services.topics import PROCESSES
+from services.wire.access import access_control
 
 LEASE = 1000  # [ms]; a stopped process is noticed after this, a killed one at once
 _LONGEST_SOCKET = 100  # [bytes]; the kernel allows 107, zenoh appends ".lock" to the name
+LARGEST = 1 << 16  # [bytes]; our messages are below 2 kB, and longer ones never reach Python
+_LARGEST_FRAGMENTED = 1 << 20  # [bytes] that somebody may have us put together; Zenoh's is 1 GiB
+_SESSIONS = 64  # at a time
 
 
 class BadEndpoint(ValueError):
@@ -27,11 +32,43 @@ class BadEndpoint(ValueError):
 
 
 @dataclass(frozen=True)
+class Identity:
+    """Who a process is to those on other hosts.
+
+    Attributes:
+        robot: name of the robot.
+        role: one of ``access.ROLES``; its certificate says the same.
+        folder: holds ``authority.pem``, ``<role>.pem`` and ``<role>.key``.
+    """
+
+    robot: str
+    role: str
+    folder: Path
+
+    def files(self) -> tuple[Path, Path, Path]:
+        """Certificate of the authority, our certificate, our key.
+
+        Raises:
+            BadEndpoint: one is missing, or others may read the key.
+        """
+        files = tuple(
+            self.folder / n for n in ("authority.pem", f"{self.role}.pem", f"{self.role}.key")
+        )
+        for file in files:
+            if not file.is_file():
+                raise BadEndpoint(f"{file} is missing. Make keys: steadyhand keys HOSTS -o FOLDER")
+        if files[2].stat().st_mode & 0o077:
+            raise BadEndpoint(f"others may read {files[2]}: chmod 600 {files[2]}")
+        return files  # type: ignore[return-value]
+
+
+@dataclass(frozen=True)
 class Endpoints:
-    """Zenoh locators to listen on and to connect to."""
+    """Zenoh locators to listen on and to connect to; with an identity, the secure profile."""
 
     listen: tuple[str, ...]
     connect: tuple[str, ...]
+    identity: Identity | None = None
 
 
 def default_run_dir(robot: str) -> Path:
@@ -65,13 +102,13 @@ def local(run_dir: Path, name: str | None = None) -> Endpoints:
     return Endpoints(listen, tuple(f"unixsock-stream/{run_dir}/{s}.sock" for s in others))
 
 
-def check_listen(listen: tuple[str, ...]) -> None:
-    """Refuse a listener that other machines can reach.
+def check_open(endpoints: tuple[str, ...]) -> None:
+    """Refuse what other machines can reach: without certificates nothing tells them from us.
 
     Raises:
         BadEndpoint: naming the endpoint.
     """
-    for endpoint in listen:
+    for endpoint in endpoints:
         protocol, _, address = endpoint.partition("/")
         if protocol == "unixsock-stream":
             continue
@@ -82,15 +119,37 @@ def check_listen(listen: tuple[str, ...]) -> None:
             loopback = False
         if protocol not in ("tcp", "tls") or not loopback:
             raise BadEndpoint(
-                f"refusing to listen on {endpoint}: others on the network could move the robot. "
+                f"refusing to use {endpoint}: others on the network could move the robot. "
                 "Use a unix socket or 127.0.0.1; beyond this machine mutual TLS and default-deny "
-                "access control are needed"
+                "access control are needed: steadyhand keys, docs/hosts.md"
             )
 
 
+def check_secure(endpoints: tuple[str, ...]) -> None:
+    """Refuse what does not go through TLS or stay on this machine's disk.
+
+    Raises:
+        BadEndpoint: naming the endpoint.
+    """
+    for endpoint in endpoints:
+        if endpoint.partition("/")[0] not in ("tls", "unixsock-stream"):
+            raise BadEndpoint(f"refusing to use {endpoint}: with keys, only tls and unix sockets")
+
+
 def config(endpoints: Endpoints) -> zenoh.Config:
-    """Zenoh configuration: peer mode, no scouting, small messages, quick detection of silence."""
-    check_listen(endpoints.listen)
+    """Zenoh configuration: peer mode, no scouting, small messages, quick detection of silence.
+
+    Raises:
+        BadEndpoint: an endpoint beyond this machine without keys, or unusable keys.
+    """
+    secure = endpoints.identity is not None
+    (check_secure if secure else check_open)((*endpoints.listen, *endpoints.connect))
+    everything = {
+        "messages": ["put", "delete", "query", "reply"],
+        "flows": ["ingress", "egress"],
+        "key_exprs": ["**"],
+        "size_limit": LARGEST,
+    }
     settings = {
         "mode": "peer",
         "listen/endpoints": list(endpoints.listen),
@@ -106,9 +165,33 @@ def config(endpoints: Endpoints) -> zenoh.Config:
         "scouting/gossip/enabled": False,
         "transport/shared_memory/enabled": False,
         "transport/link/tx/lease": LEASE,
+        "transport/link/rx/max_message_size": _LARGEST_FRAGMENTED,
+        "transport/unicast/max_sessions": _SESSIONS,
+        "low_pass_filter": [everything],
         "queries_default_timeout": 5000,
     }
+    if endpoints.identity is not None:
+        settings |= _secure(endpoints.identity)
     out = zenoh.Config()
     for name, value in settings.items():
         out.insert_json5(name, json.dumps(value))
     return out
+
+
+def _secure(identity: Identity) -> dict[str, Any]:
+    """Mutual TLS, and access control that denies what it does not allow."""
+    authority, certificate, key = (str(file) for file in identity.files())
+    return {
+        "transport/link/protocols": ["tls", "unixsock-stream"],
+        "transport/link/tls": {
+            "root_ca_certificate": authority,
+            "listen_certificate": certificate,
+            "listen_private_key": key,
+            "connect_certificate": certificate,
+            "connect_private_key": key,
+            "enable_mtls": True,
+            "verify_name_on_connect": True,
+            "close_link_on_expiration": True,
+        },
+        "access_control": access_control(identity.robot),
+    }

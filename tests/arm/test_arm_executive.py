@@ -217,7 +217,7 @@ def test_requests_out_of_place_are_refused_with_the_reason() -> None:
         rig.arm.resume()
     rig.arm.start(program(STROKE))
     rig.run(0.01)
-    with pytest.raises(ValueError, match="running; stop the program first"):
+    with pytest.raises(ValueError, match="running; possible now: pause, abort, stop"):
         rig.arm.start(program(STROKE))
     rig.arm.protective_stop("a person pressed the button")
     for request in (rig.arm.stop, lambda: rig.arm.start(program(STROKE))):

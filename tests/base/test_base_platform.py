@@ -204,7 +204,7 @@ def test_without_an_estimate_the_command_is_zero_within_0_45_s(
     assert (run.commands[9:] == 0).all()
     steps = np.abs(np.diff(np.vstack([before, run.commands]), axis=0))
     assert (steps <= np.array(robot.platform.acceleration_limit) * 0.05 + 1e-9).all()
-    assert {s.state for s in run.status} == {"stopped"}
+    assert {s.state for s in run.status} == {"blind"}
     assert all(word in s.reason for s in run.status)
     assert run.status[-1].votes == {"stop": [0.0, 0.0, 0.0, 1.0]}
 
@@ -217,7 +217,7 @@ def test_an_estimate_older_than_50_ms_stops_and_a_fresh_one_goes_on(
     estimate = plant.estimate(0.0)
     assert platform.step(0.05, estimate)[1].state == "following"
     status = platform.step(0.06, estimate)[1]
-    assert status.state == "stopped" and "60 ms old; the limit is 50 ms" in status.reason
+    assert status.state == "blind" and "60 ms old; the limit is 50 ms" in status.reason
     assert platform.step(0.10, plant.estimate(0.10))[1].state == "following"
 
 

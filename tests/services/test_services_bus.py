@@ -19,7 +19,7 @@ from services.wire.codec import encode
 from services.wire.endpoints import (
     BadEndpoint,
     Endpoints,
-    check_listen,
+    check_open,
     config,
     local,
     make_run_dir,
@@ -198,7 +198,7 @@ def test_no_listener_beyond_this_machine(endpoint: str) -> None:
 )
 def test_listeners_on_this_machine_are_fine(endpoint: str) -> None:
     """Loop-back and unix sockets."""
-    check_listen((endpoint,))
+    check_open((endpoint,))
 
 
 def test_run_directory_is_closed_to_others(tmp_path: Path) -> None:

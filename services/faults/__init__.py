@@ -1,0 +1,1 @@
+"""Faults on purpose: what goes wrong between and inside the services, by seed, and the verdict."""
