@@ -10,7 +10,7 @@ from arm.model import STANDING, Base
 from services.messages import Estimate
 
 ESTIMATE_AGE = 0.045
-"""An estimate older than this is not to be trusted [s]: the arm is safe within 50 ms of its loss."""
+"""An estimate older than this is not to be trusted [s]: 50 ms after a loss the arm is safe."""
 STEADY = 0.3
 """Time constant with which the steady velocity takes over the observer's corrections [s]."""
 FADE = 0.15
