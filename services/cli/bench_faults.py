@@ -1,0 +1,65 @@
+"""``steadyhand bench faults``: real services killed, stopped or stuck while the robot draws."""
+
+from __future__ import annotations
+
+import json as jsonlib
+import tempfile
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from rich.table import Table
+
+from services.cli.common import Json, console, fail
+
+HEADS = ("fault", "service", "times", "safe [s]", "largest", "ready [s]", "largest", "whole")
+
+
+def faults(
+    count: Annotated[int, typer.Option(min=1, help="Faults, ten on each robot.")] = 20,
+    seed: Annotated[int, typer.Option(min=0, help="Of what happens when and to whom.")] = 0,
+    scenario: Annotated[str, typer.Option(help="What is drawn.")] = "whiteboard_moving",
+    json: Json = False,
+) -> None:
+    """Kill, stop, lock and slow the services of a live robot; nothing else should run meanwhile.
+
+    Exit code 1 if a process is left over, or a fault leaves the arm neither at work nor with a
+    reason.
+    """
+    from services.faults.processes import campaign
+
+    with tempfile.TemporaryDirectory(prefix="shf") as folder:
+        try:
+            result = campaign(Path(folder), scenario, seed, count)
+        except TimeoutError as error:
+            fail(str(error), 1)
+    if json:
+        typer.echo(jsonlib.dumps(result, indent=2))
+    else:
+        _show(result)
+    well = all(f["whole"] for f in result["found"]) and not any(result["orphans"].values())
+    raise typer.Exit(0 if well else 1)
+
+
+def _show(result: dict[str, Any]) -> None:
+    table = Table(*(head.replace("[", "\\[") for head in HEADS))
+    groups = sorted({(f["kind"], f["service"]) for f in result["found"]})
+    for kind, service in groups:
+        mine = [f for f in result["found"] if (f["kind"], f["service"]) == (kind, service)]
+        times = [x for key in ("safe", "ready") for x in _middle_and_largest(mine, key)]
+        whole = sum(f["whole"] for f in mine)
+        table.add_row(kind, service, str(len(mine)), *times, f"{whole} of {len(mine)}")
+    console.print(table)
+    console.print(
+        f"processes left over: {result['orphans']['ended']} after an orderly end, "
+        f"{result['orphans']['killed']} after the supervisor was killed; largest pen force "
+        f"{result['force']:.1f} N; a sleeping process is woken "
+        f"{1e3 * result['noise']:.1f} ms late (p99)",
+        highlight=False,
+    )
+
+
+def _middle_and_largest(found: list[dict[str, Any]], key: str) -> tuple[str, str]:
+    values = [f[key] for f in found if f[key] is not None]
+    return (f"{np.median(values):.3f}", f"{max(values):.3f}") if values else ("-", "-")

@@ -1,0 +1,256 @@
+"""Real services killed, stopped or stuck while the robot draws: how soon it is safe and whole.
+
+The faults come from outside, by signals, except the interpreter's lock
+held for ever, which a service started by ``build`` does to itself on ``SIGUSR2``.
+"""
+
+from __future__ import annotations
+
+import itertools
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import psutil
+
+from services.components import build_service
+from services.requests import NoAnswer
+from services.script import Connection, Refused, Silent, connect
+from services.service import Service
+from services.topics import ARM_STATUS, HEALTH, SERVICES, TRUTH
+
+KINDS = ("kill", "stop", "lock", "slow")
+"""Killed; stopped by a signal; stuck with the interpreter's lock; given half of the time."""
+SLOW = 1.0
+"""How long a service is slowed [s], ..."""
+SLICE = 0.03
+"""... stopped for so long, and going on for as long [s]."""
+START = 60.0
+"""For the robot to come up, and for a service to be back [s]."""
+AT_WORK = ("running", "degraded", "resuming")
+AT_REST = 0.02
+"""Joints slower than this rest [rad/s]."""
+_STUCK = re.compile(r"(a+)+$")
+
+
+@dataclass(frozen=True)
+class Found:
+    """What came of one fault.
+
+    Attributes:
+        kind: of ``KINDS``.
+        service: whom it happened to.
+        safe: until the arm held, or its joints rested if it was the arm [s]; None if it need not.
+        ready: until the service was ready again [s]; None if it never was gone.
+        whole: the arm is at work again, or says why not.
+        end: its state and reason then.
+    """
+
+    kind: str
+    service: str
+    safe: float | None
+    ready: float | None
+    whole: bool
+    end: str
+
+
+def build(name: str, scenario: str, *args: Any, **options: Any) -> Service:
+    """A service that can be made to hold the interpreter's lock for ever, by ``SIGUSR2``."""
+
+    def stuck(*_: object) -> None:
+        _STUCK.match("a" * 60 + "b")  # a C function that never comes back and lets nobody else in
+
+    signal.signal(signal.SIGUSR2, stuck)
+    return build_service(name, scenario, *args, **options)
+
+
+@contextmanager
+def robot(run_dir: Path, scenario: str, seed: int) -> Iterator[tuple[psutil.Popen, Connection]]:
+    """A running robot and a line to it; both are gone afterwards.
+
+    Raises:
+        TimeoutError: it did not come up.
+    """
+    command = [sys.executable, "-m", "services.cli", "up", scenario, "--run-dir", str(run_dir)]
+    command += ["--factory", "services.faults.processes:build", "--seed", str(seed)]
+    run_dir.mkdir(parents=True, exist_ok=True)
+    with (run_dir / "up.txt").open("w") as out:
+        up = psutil.Popen(command, stdout=out, stderr=subprocess.STDOUT)
+        try:
+            deadline = time.monotonic() + START
+            said = run_dir / "up.txt"
+            while len(re.findall(r" ready ", said.read_text())) < len(SERVICES):
+                if time.monotonic() > deadline or up.poll() is not None:
+                    raise TimeoutError(f"the robot did not come up; see {said}")
+                time.sleep(0.1)
+            with connect(run_dir=run_dir) as line:
+                yield up, line
+        finally:
+            _end(up)
+
+
+def orphans(up: psutil.Popen, signal_number: int, patience: float) -> int:
+    """End the supervisor by a signal; how many of its processes are left after so long [s]."""
+    family = up.children(recursive=True)
+    up.send_signal(signal_number)
+    with suppress(subprocess.TimeoutExpired):
+        up.wait(patience)
+    _, alive = psutil.wait_procs(family, timeout=patience)
+    return len([p for p in alive if p.is_running() and p.status() != psutil.STATUS_ZOMBIE])
+
+
+class Session:
+    """Faults on one running robot, one after the other.
+
+    Args:
+        line: to the robot.
+        rng: when, what and whom.
+    """
+
+    def __init__(self, line: Connection, rng: np.random.Generator) -> None:
+        self._line, self._rng = line, rng
+        self.worst_force = 0.0
+        """Greatest force of the pen on the board so far [N]."""
+
+    def fault(self, kind: str, service: str) -> Found:
+        """Have the robot draw, let something happen, and look how it goes on."""
+        self._to_work()
+        until = time.monotonic() + float(self._rng.uniform(0.5, 2.0))
+        while time.monotonic() < until:
+            self._watch()
+        pid = self._line.latest(HEALTH[service]).pid
+        began = time.monotonic()
+        _do(kind, pid)
+        safe = self._safe(service, began) if kind != "slow" else None
+        ready = None if kind == "slow" else self._ready(service, pid, began)
+        whole, end = self._whole()
+        return Found(kind, service, safe, ready, whole, end)
+
+    def _watch(self) -> None:
+        truth = self._line.latest(TRUTH, START)
+        self.worst_force = max(self.worst_force, float(truth.recent[:, 3].max()))
+
+    def _safe(self, service: str, began: float) -> float | None:
+        """Until the arm says that it holds; without the arm, until its joints rest."""
+        try:
+            if service == "observer":
+                self._line.wait_for(ARM_STATUS, lambda s: s.state not in AT_WORK, 1.0)
+            elif service == "arm":
+                self._line.wait_for(TRUTH, lambda t: float(np.abs(t.qd).max()) < AT_REST, 1.0)
+            else:
+                return None
+        except Silent:
+            return None
+        return time.monotonic() - began
+
+    def _ready(self, service: str, pid: int, began: float) -> float | None:
+        try:
+            self._line.wait_for(HEALTH[service], lambda h: h.pid != pid, START)
+        except Silent:
+            return None
+        return time.monotonic() - began
+
+    def _whole(self) -> tuple[bool, str]:
+        """Resume what can be resumed; the arm is at work again, or says why not."""
+        with suppress(Silent):
+            self._to_work(10.0)
+        status = self._line.latest(ARM_STATUS, START)
+        words = f"{status.state}: {status.reason}" if status.reason else status.state
+        return status.state in AT_WORK or bool(status.reason), words
+
+    def _to_work(self, patience: float = START) -> None:
+        """Have arm and platform at work, as a person would.
+
+        Raises:
+            Silent: they are not, after so long [s].
+        """
+        deadline = time.monotonic() + patience
+        for verb in itertools.cycle(("resume", "reset", "start")):
+            if self._line.latest(ARM_STATUS, START).state in AT_WORK:
+                break
+            with suppress(Refused, NoAnswer):
+                self._line.request("arm", verb)
+            if time.monotonic() > deadline:
+                raise Silent(f"the arm is not at work after {patience:g} s")
+            time.sleep(0.05)
+        with suppress(Refused, NoAnswer):
+            self._line.request("base", "resume")
+
+
+def campaign(run_dir: Path, scenario: str, seed: int, count: int, each: int = 10) -> dict[str, Any]:
+    """So many faults, ``each`` of them on one robot; then its supervisor is ended or killed.
+
+    Returns:
+        ``found``: of every fault; ``orphans`` after an orderly end and after the supervisor was
+        killed; ``force``: greatest of the pen [N]; ``noise``: 99th percentile of how late a
+        sleeping process of this machine is woken meanwhile [s].
+    """
+    rng = np.random.default_rng([seed, 11])
+    found: list[Found] = []
+    left, force, noise = {"ended": 0, "killed": 0}, 0.0, []
+    for number in itertools.count():
+        if len(found) >= count:
+            break
+        with robot(run_dir / str(number), scenario, seed + number) as (up, line):
+            session = Session(line, rng)
+            for _ in range(min(each, count - len(found))):
+                service = str(rng.choice(("observer", "arm", "base")))
+                found.append(session.fault(str(rng.choice(KINDS)), service))
+                noise += _lateness()
+            force = max(force, session.worst_force)
+            how = "killed" if number % 2 else "ended"
+            by = signal.SIGKILL if how == "killed" else signal.SIGTERM
+            left[how] += orphans(up, by, 1.0 if how == "killed" else 5.0)
+    return {
+        "found": [asdict(f) for f in found],
+        "orphans": left,
+        "force": force,
+        "noise": float(np.quantile(noise, 0.99)),
+    }
+
+
+def _do(kind: str, pid: int) -> None:
+    match kind:
+        case "kill":
+            os.kill(pid, signal.SIGKILL)
+        case "stop":
+            os.kill(pid, signal.SIGSTOP)
+        case "lock":
+            os.kill(pid, signal.SIGUSR2)
+        case "slow":
+            for _ in range(round(SLOW / SLICE / 2)):
+                os.kill(pid, signal.SIGSTOP)
+                time.sleep(SLICE)
+                os.kill(pid, signal.SIGCONT)
+                time.sleep(SLICE)
+
+
+def _lateness() -> list[float]:
+    """How much longer than asked for a sleep of 1 ms takes, a hundred times [s]."""
+    out = []
+    for _ in range(100):
+        before = time.monotonic()
+        time.sleep(0.001)
+        out.append(time.monotonic() - before - 0.001)
+    return out
+
+
+def _end(up: psutil.Popen) -> None:
+    if up.poll() is None:
+        for child in up.children(recursive=True):
+            with suppress(psutil.NoSuchProcess):
+                child.send_signal(signal.SIGCONT)
+        up.terminate()
+        try:
+            up.wait(35.0)
+        except psutil.TimeoutExpired:
+            up.kill()
