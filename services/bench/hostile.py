@@ -7,17 +7,15 @@ message accepted, the arm's bus would know.
 
 from __future__ import annotations
 
-import multiprocessing
+import json
 import os
 import subprocess
 import sys
 import tempfile
-import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
-from multiprocessing.connection import Connection
 from pathlib import Path
 from statistics import median
 from typing import Any, Literal
@@ -26,14 +24,11 @@ import msgpack
 import numpy as np
 import zenoh
 
-from services.components import build_service
-from services.live.clock import HeardClock
-from services.live.runner import run_live
-from services.messages import Health, Message
-from services.requests import NoAnswer, Requests, ask
+from services.messages import Health
+from services.requests import NoAnswer, ask
 from services.topics import ARM_STATE, HEALTH, TOPICS, Topic, key, request_key
 from services.wire.access import OPERATOR, WATCHER
-from services.wire.bus import Bus, _Reader
+from services.wire.bus import Bus
 from services.wire.endpoints import LARGEST, Endpoints, Identity, config, local
 from services.wire.keys import issue, new_authority
 
@@ -69,18 +64,6 @@ class Result:
     def ratio(self) -> float:
         """Median p99 lateness under the flood over that in quiet."""
         return median(self.flooded) / median(self.quiet)
-
-
-class _Counting(Bus):
-    """Counts hostile messages that passed every check."""
-
-    hostile = 0
-
-    def _accept(self, reader: _Reader, payload: bytes, now: float | None) -> Message | None:
-        message = super()._accept(reader, payload, now)
-        if message is not None and reader.seq >= HOSTILE:
-            self.hostile += 1
-        return message
 
 
 def hostile_messages(
@@ -145,7 +128,7 @@ def flood_arm(
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="sh")))
         ours, strangers, people = _endpoints(folder, profile)
         stack.enter_context(_robot(folder))
-        arm, pipe = stack.enter_context(_arm(ours))
+        arm = stack.enter_context(_arm(ours))
         person = stack.enter_context(zenoh.open(config(people)))
         stranger = stack.enter_context(zenoh.open(config(strangers)))
         watch = Bus(person, ROBOT, "watch", [HEALTH["arm"]], lossless=True)
@@ -158,10 +141,10 @@ def flood_arm(
             result.flooded += lateness.during(lambda n=count: attack(n))  # type: ignore[misc]
             result.sent += count
             told(result.sent)
-        result.alive = arm.is_alive() and bool(lateness.during(lambda: time.sleep(1.0)))
-        result.alive = result.alive and _answers(person)
-        pipe.send("end")
-        result.accepted, result.refused = pipe.recv() if pipe.poll(10.0) else (-1, {})
+        works = arm.poll() is None and bool(lateness.during(lambda: time.sleep(1.0)))
+        result.alive = works and _answers(person)
+        said = json.loads(arm.communicate(timeout=10.0)[0] or "{}")
+        result.accepted, result.refused = said.get("accepted", -1), said.get("refused", {})
     return result
 
 
@@ -255,7 +238,9 @@ def _robot(folder: Path) -> Iterator[None]:
     """The simulation, as ``up`` starts it."""
     argv = ["-m", "services.live.process", "--service", "sim", "--scenario", "whiteboard"]
     argv += ["--run-dir", str(folder), "--services", "sim,arm", "--parent", str(os.getpid())]
-    with subprocess.Popen([sys.executable, *argv], ) as process:
+    with subprocess.Popen(
+        [sys.executable, *argv],
+    ) as process:
         try:
             yield
         finally:
@@ -263,37 +248,16 @@ def _robot(folder: Path) -> Iterator[None]:
 
 
 @contextmanager
-def _arm(endpoints: Endpoints) -> Iterator[tuple[Any, Connection]]:
-    """The arm's process, and a pipe that ends it and tells what it counted."""
-    here, there = multiprocessing.Pipe()
-    context = multiprocessing.get_context("spawn")
-    process = context.Process(target=_arm_process, args=(endpoints, there), daemon=True)
-    process.start()
-    try:
-        yield process, here
-    finally:
-        process.kill()
-        process.join()
-
-
-def _arm_process(endpoints: Endpoints, pipe: Connection) -> None:
-    from services.live import realtime
-
-    sys.setswitchinterval(1e-4)  # as services.live.process does
-    realtime.favour("auto")
-    service = build_service("arm", "whiteboard", 0, live=True)
-    stop = threading.Event()
-    with zenoh.open(config(endpoints)) as session:
-        bus = _Counting(session, ROBOT, "arm", service.inputs)
-        requests = Requests(session, ROBOT, service)
-
-        def wait() -> None:
-            pipe.recv()
-            stop.set()
-
-        threading.Thread(target=wait, daemon=True).start()
-        realtime.set_up("auto", 2)
-        run_live(service, bus, HeardClock(), stop, requests, trigger=ARM_STATE)
-        pipe.send((bus.hostile, dict(bus.refused) | {"requests: flooded": requests.flooded}))
-        time.sleep(0.5)
-        os._exit(0)
+def _arm(endpoints: Endpoints) -> Iterator[subprocess.Popen[str]]:
+    """The arm's process (``hostile_arm.py``); it ends with its input, and says what it counted."""
+    argv = [sys.executable, "-m", "services.bench.hostile_arm", *endpoints.listen]
+    if endpoints.identity is not None:
+        argv += ["--keys", str(endpoints.identity.folder)]
+    for endpoint in endpoints.connect:
+        argv += ["--connect", endpoint]
+    pipe = subprocess.PIPE
+    with subprocess.Popen(argv, stdin=pipe, stdout=pipe, text=True) as process:
+        try:
+            yield process
+        finally:
+            process.kill()

@@ -156,7 +156,7 @@ def config(endpoints: Endpoints) -> zenoh.Config:
         "mode": "peer",
         "listen/endpoints": list(endpoints.listen),
         "connect/endpoints": list(endpoints.connect),
-        "connect/timeout_ms": 0,
+        "connect/timeout_ms": -1,  # in the background, for ever; 0 would be one attempt
         "connect/exit_on_failure": False,
         "connect/retry": {
             "period_init_ms": 50,
