@@ -180,7 +180,7 @@ def _attack(
     readable = [ARM_STATE, *(TOPICS[name] for name in ("observer/estimate", "observer/board"))]
     stream = hostile_messages(readable, rng, forge=profile == "secure")
     publishers = {t.name: session.declare_publisher(key(ROBOT, t)) for t in readable}
-    ignore = zenoh.handlers.Callback(lambda reply: None, indirect=False)
+    ignore: Any = zenoh.handlers.Callback(lambda reply: None, indirect=False)
     verbs = ("start", "explode", "reset", "*")
 
     def send(count: int) -> None:
