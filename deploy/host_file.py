@@ -65,6 +65,8 @@ class Hosts(Strict):
     scenario: str = "whiteboard_moving"
     port: Annotated[int, Field(ge=1024, le=65000)] = 7447
     """Of the first service; the others follow in the order of ``KNOWN``."""
+    datagrams: bool = False
+    """Send what only counts while it is new by QUIC datagrams (UDP), beside TLS."""
     host: Annotated[dict[Name, Host], Field(min_length=1)]
     link: Link = Link()
 
@@ -83,15 +85,17 @@ class Hosts(Strict):
         """Name of the host a service runs on; None if on none."""
         return next((n for n, host in self.host.items() if service in host.services), None)
 
-    def locator(self, service: str) -> str:
-        """Where others reach a service: ``tls/ADDRESS:PORT``.
+    def locators(self, service: str) -> tuple[str, ...]:
+        """Where others reach a service: Zenoh's locators, that of TLS first.
 
         Raises:
             KeyError: it runs on no host.
         """
         address = self.host[self.place(service) or service].address
         bracketed = f"[{address}]" if ":" in address else address
-        return f"tls/{bracketed}:{self.port + KNOWN.index(service)}"
+        port = self.port + KNOWN.index(service)
+        beside = (f"quic/{bracketed}:{port}?rel=0",) if self.datagrams else ()
+        return (f"tls/{bracketed}:{port}", *beside)
 
 
 def load_hosts(name: str | Path) -> Hosts:

@@ -60,6 +60,8 @@ def _read(path: Path) -> dict[str, Any]:
         raise BadFile(path, ["no such file"]) from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise BadFile(path, [f"not TOML: {error}"]) from None
+    except RecursionError:
+        raise BadFile(path, ["not TOML of ours: tables or lists nested too deep"]) from None
 
 
 def _finding(model: type[BaseModel], error: dict[str, Any]) -> str:

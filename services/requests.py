@@ -23,6 +23,7 @@ from services.topics import request_key
 from services.wire.codec import pack_plain, unpack_map
 
 TIMEOUT = 2.0  # [s] for the loop to take an action up
+WAITING = 16  # requests; people send one at a time
 _AT_ONCE = 0.1  # [s]
 
 Action = Callable[[], Reply]
@@ -47,15 +48,24 @@ class Requests:
     ) -> None:
         self._service = service
         self._timeout = timeout
-        self._queries: queue.SimpleQueue[zenoh.Query | None] = queue.SimpleQueue()
+        self.flooded = 0
+        """Requests that were not even looked at: more came than could be answered."""
+        self._queries: queue.Queue[zenoh.Query | None] = queue.Queue(WAITING)
         self._actions: deque[tuple[Action, Future[Reply]]] = deque()
         self._queryable = session.declare_queryable(
             request_key(robot, service.name, "*"),
-            zenoh.handlers.Callback(self._queries.put, indirect=False),
+            zenoh.handlers.Callback(self._take, indirect=False),
             complete=True,
         )
         self._worker = threading.Thread(target=self._work, name="requests", daemon=True)
         self._worker.start()
+
+    def _take(self, query: zenoh.Query) -> None:
+        """On Zenoh's thread: keep a request, or let it go unanswered when too many wait."""
+        try:
+            self._queries.put_nowait(query)
+        except queue.Full:
+            self.flooded += 1
 
     def run_pending(self) -> None:
         """Execute what was prepared; called by the loop between two steps. It never raises."""

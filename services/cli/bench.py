@@ -18,6 +18,7 @@ from services.cli import bench_approach as cli_bench_approach
 from services.cli import bench_arm as cli_bench_arm
 from services.cli import bench_base as cli_bench_base
 from services.cli import bench_faults as cli_bench_faults
+from services.cli import bench_hostile as cli_bench_hostile
 from services.cli import bench_observer as cli_bench_observer
 from services.cli.common import Json, console, fail
 from services.reports.evaluation import DRAWING_FIGURES, ESTIMATE_FIGURES, PEN_FIGURES
@@ -38,6 +39,7 @@ FIGURES = (*DRAWING_FIGURES, *ESTIMATE_FIGURES, *PEN_FIGURES, "realtime_factor")
 bench.command(name="observer")(cli_bench_observer.observer)
 bench.command(name="arm")(cli_bench_arm.arm)
 bench.command(name="base")(cli_bench_base.base)
+bench.command(name="hostile")(cli_bench_hostile.hostile)
 bench.command(name="approach")(cli_bench_approach.approach)
 bench.command(name="faults")(cli_bench_faults.faults)
 

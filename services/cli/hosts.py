@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from rich.text import Text
 
 from services.cli.common import console, fail
 
@@ -18,6 +19,29 @@ hosts = typer.Typer(
     help="Robots spread over several hosts.", no_args_is_help=True, rich_markup_mode=None
 )
 PATIENCE = 40.0  # [s] for a host to end: its recorder may have a log to finish
+
+
+@hosts.command()
+def check(
+    file: Annotated[Path, typer.Argument(help="Hosts file: a path, or a name: three.")],
+) -> None:
+    """Read a hosts file: where each service can be reached, and whether 'hosts up' works here."""
+    from deploy.host_file import load_hosts
+    from deploy.tomlfile import BadFile
+    from services.live.namespaces import NotPermitted, network
+
+    try:
+        places = load_hosts(file)
+    except BadFile as error:
+        fail(str(error), 2)
+    for name, host in places.host.items():
+        for service in host.services:
+            console.print(f"{name:8} {service:9} {places.locators(service)[0]}", highlight=False)
+    try:
+        with network({name: host.address for name, host in places.host.items()}, places.link):
+            console.print("namespaces: permitted here")
+    except NotPermitted as error:
+        console.print(f"namespaces: {error}", highlight=False)
 
 
 @hosts.command()
@@ -74,12 +98,13 @@ def up(
 
     def tell(host: str) -> None:
         for line in running[host].stdout or ():
-            console.print(f"[dim]{host:8}[/] {line.rstrip()}", highlight=False, soft_wrap=True)
+            console.print(Text(f"{host:8} {line.rstrip()}"), soft_wrap=True)
             if host == arm and " arm " in line and " running" in line:
                 started.set()
 
     try:
-        with network(addresses, Link() if good else places.link) as net:
+        with network(addresses, Link() if good else places.link, seed) as net:
+            console.print(f"links made bad by {net.how}", highlight=False)
             try:
                 for host in places.host:
                     running[host] = subprocess.Popen(
@@ -100,7 +125,7 @@ def up(
                     subprocess.run(
                         net.command(arm, sys.executable, "-m", "services.cli", *resume), check=False
                     )
-                running[arm].wait(duration + PATIENCE)
+                running[arm].wait(duration + 2 * PATIENCE)
             finally:
                 for process in running.values():
                     if process.poll() is None:
@@ -114,7 +139,7 @@ def up(
     except NotPermitted as error:
         fail(str(error))
     except subprocess.TimeoutExpired:
-        fail(f"{arm} did not end within {PATIENCE:g} s of its time")
+        fail(f"{arm} did not end within {2 * PATIENCE:g} s of its time")
     time.sleep(0.2)  # the last lines
     console.print(f"everything in {folder}", highlight=False)
     raise typer.Exit(0 if not any(ended.values()) else 1)

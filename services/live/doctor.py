@@ -22,7 +22,7 @@ from services.cli.common import Json, console, show_json
 Status = Literal["ok", "warn", "fail"]
 PACKAGES = (
     "eclipse-zenoh", "numpy", "filterpy", "dartpy", "msgpack", "lark", "typer", "rich",
-    "pydantic", "matplotlib", "mcap", "circus",
+    "pydantic", "matplotlib", "mcap", "circus", "cryptography",
 )  # fmt: skip
 
 

@@ -101,7 +101,7 @@ def access_control(robot: str) -> dict[str, Any]:
             {
                 "id": role,
                 "cert_common_names": [common_name(robot, role)],
-                "link_protocols": ["tls"],
+                "link_protocols": ["tls", "quic"],
             }
         )
         policies.append({"rules": mine, "subjects": [role]})

@@ -134,6 +134,8 @@ class Bus:
             options["congestion_control"] = zenoh.CongestionControl.DROP
             if topic.control:
                 options |= {"express": True, "priority": zenoh.Priority.REAL_TIME}
+                if topic.depth == 1:  # the next one is worth more than this one sent again
+                    options["reliability"] = zenoh.Reliability.BEST_EFFORT
         publisher = self.session.declare_publisher(key(self.robot, topic), **options)
         self._publishers[topic.name] = publisher
         return publisher

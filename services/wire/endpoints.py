@@ -25,6 +25,8 @@ _LONGEST_SOCKET = 100  # [bytes]; the kernel allows 107, zenoh appends ".lock" t
 LARGEST = 1 << 16  # [bytes]; our messages are below 2 kB, and longer ones never reach Python
 _LARGEST_FRAGMENTED = 1 << 20  # [bytes] that somebody may have us put together; Zenoh's is 1 GiB
 _SESSIONS = 64  # at a time
+_OPEN = 1000  # [ms] for a handshake
+SECURE = ("tls", "quic", "unixsock-stream")
 
 
 class BadEndpoint(ValueError):
@@ -126,14 +128,14 @@ def check_open(endpoints: tuple[str, ...]) -> None:
 
 
 def check_secure(endpoints: tuple[str, ...]) -> None:
-    """Refuse what does not go through TLS or stay on this machine's disk.
+    """Refuse what does not go through TLS (QUIC has it inside) or a unix socket.
 
     Raises:
         BadEndpoint: naming the endpoint.
     """
     for endpoint in endpoints:
-        if endpoint.partition("/")[0] not in ("tls", "unixsock-stream"):
-            raise BadEndpoint(f"refusing to use {endpoint}: with keys, only tls and unix sockets")
+        if endpoint.partition("/")[0] not in SECURE:
+            raise BadEndpoint(f"refusing to use {endpoint}: with keys, only {', '.join(SECURE)}")
 
 
 def config(endpoints: Endpoints) -> zenoh.Config:
@@ -154,7 +156,7 @@ def config(endpoints: Endpoints) -> zenoh.Config:
         "mode": "peer",
         "listen/endpoints": list(endpoints.listen),
         "connect/endpoints": list(endpoints.connect),
-        "connect/timeout_ms": 0,
+        "connect/timeout_ms": -1,  # in the background, for ever; 0 would be one attempt
         "connect/exit_on_failure": False,
         "connect/retry": {
             "period_init_ms": 50,
@@ -182,7 +184,11 @@ def _secure(identity: Identity) -> dict[str, Any]:
     """Mutual TLS, and access control that denies what it does not allow."""
     authority, certificate, key = (str(file) for file in identity.files())
     return {
-        "transport/link/protocols": ["tls", "unixsock-stream"],
+        "transport/link/protocols": SECURE,
+        # a host that is not there yet is silent on UDP: every endpoint may hold us up so long
+        "transport/unicast/open_timeout": _OPEN,
+        "transport/unicast/accept_timeout": _OPEN,
+        "transport/unicast/max_links": 2,  # TLS, and QUIC datagrams beside it
         "transport/link/tls": {
             "root_ca_certificate": authority,
             "listen_certificate": certificate,

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import zenoh
 
 from services import topics
 from services.messages import ArmState, Message, Odometry
@@ -213,3 +214,16 @@ def test_every_topic_has_one_owner_and_a_key() -> None:
     for name, topic in topics.TOPICS.items():
         assert topic.name == name
         assert topic.owner in topics.PROCESSES
+
+
+def test_who_comes_first_waits_for_who_comes_later(tmp_path: Path) -> None:
+    """A process that only connects meets one that listens later, and meets it again."""
+    with zenoh.open(config(local(tmp_path))) as first:
+        for _ in range(2):
+            with zenoh.open(config(Endpoints(local(tmp_path, "sim").listen, ()))):
+                deadline = time.monotonic() + 10.0
+                while not list(first.info.peers_zid()):
+                    assert time.monotonic() < deadline
+                    time.sleep(0.01)
+            while list(first.info.peers_zid()):
+                time.sleep(0.01)

@@ -1,0 +1,21 @@
+"""A live arm in a flood of junk, lies and requests accepts nothing and goes on."""
+
+from __future__ import annotations
+
+import pytest
+
+from services.bench.hostile import Profile, flood_arm
+
+
+@pytest.mark.processes
+@pytest.mark.parametrize("profile", ["open", "secure"])
+def test_nothing_hostile_is_accepted(profile: Profile) -> None:
+    """In the open profile Python refuses it; in the secure one it does not get that far.
+
+    How late the loop is depends on the machine: ``steadyhand bench hostile`` says.
+    """
+    done = flood_arm(4000, 2000.0, profile, seed=1)
+    assert done.accepted == 0
+    assert done.alive
+    refused = sum(done.refused.values())
+    assert refused > 2000 if profile == "open" else refused == 0
