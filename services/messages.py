@@ -41,6 +41,7 @@ __all__ = [
     "Message",
     "ObjectEstimate",
     "Odometry",
+    "Request",
     "Scan",
     "Tick",
     "Truth",
@@ -393,6 +394,17 @@ class Health(Message):
     """Age of each input [s]."""
     refused: dict[str, int] = field(default_factory=dict)
     """Refused messages since start, by ``topic: reason``."""
+
+
+@_message
+class Request(Message):
+    """What a person, a script or the supervisor asked of a service, as its loop took it up."""
+
+    verb: str = ""
+    args: str = ""
+    """JSON."""
+    accepted: bool = True
+    reason: str = ""
 
 
 @_message

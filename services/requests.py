@@ -6,6 +6,7 @@ the service prepare an action. The loop executes the action between two steps.
 
 from __future__ import annotations
 
+import json
 import queue
 import threading
 import time
@@ -17,7 +18,7 @@ from typing import Any
 
 import zenoh
 
-from services.messages import BadMessage
+from services.messages import BadMessage, Request
 from services.service import Reply, Service
 from services.topics import request_key
 from services.wire.codec import pack_plain, unpack_map
@@ -48,7 +49,7 @@ class Requests:
         self._service = service
         self._timeout = timeout
         self._queries: queue.SimpleQueue[zenoh.Query | None] = queue.SimpleQueue()
-        self._actions: deque[tuple[Action, Future[Reply]]] = deque()
+        self._actions: deque[tuple[str, dict[str, Any], Action, Future[Reply]]] = deque()
         self._queryable = session.declare_queryable(
             request_key(robot, service.name, "*"),
             zenoh.handlers.Callback(self._queries.put, indirect=False),
@@ -57,16 +58,36 @@ class Requests:
         self._worker = threading.Thread(target=self._work, name="requests", daemon=True)
         self._worker.start()
 
-    def run_pending(self) -> None:
-        """Execute what was prepared; called by the loop between two steps. It never raises."""
+    def run_pending(self, now: float) -> list[Request]:
+        """Execute what was prepared; called by the loop between two steps. It never raises.
+
+        Args:
+            now: robot time [s].
+
+        Returns:
+            What was taken up, for the log.
+        """
+        done = []
         while self._actions:
-            action, future = self._actions.popleft()
+            verb, args, action, future = self._actions.popleft()
             if not future.set_running_or_notify_cancel():
                 continue  # its sender was told that it timed out
             try:
-                future.set_result(action())
+                reply = action()
             except Exception as error:
-                future.set_result(Reply(False, f"{type(error).__name__}: {error}"))
+                reply = Reply(False, f"{type(error).__name__}: {error}")
+            future.set_result(reply)
+            said = json.dumps(args, default=str, skipkeys=True)
+            done.append(
+                Request(
+                    t=max(now, 0.0),
+                    verb=verb,
+                    args=said,
+                    accepted=reply.accepted,
+                    reason=reply.reason,
+                )
+            )
+        return done
 
     def close(self) -> None:
         """Stop answering."""
@@ -98,7 +119,7 @@ class Requests:
         except Exception as error:
             return Reply(False, f"{type(error).__name__}: {error}")
         future: Future[Reply] = Future()
-        self._actions.append((action, future))
+        self._actions.append((verb, args, action, future))
         try:
             return future.result(self._timeout)
         except FutureTimeout:

@@ -17,6 +17,8 @@ The base is last: nothing drives before the arm holds itself.
 RECORDER = "recorder"
 """The process that only listens."""
 PROCESSES = (RECORDER, *SERVICES)
+CONSOLE = "console"
+"""The process of the page: it listens, asks as people do, and nobody connects to it."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +33,7 @@ class Topic(Generic[M]):
         age_limit: a message older than this is not to be acted upon [s].
         control: part of a control loop: dropped rather than queued, sent at once, highest priority.
         depth: how many unread messages a reader keeps; 1 is latest-value.
-        log_rate: rate at which a run's log keeps it [Hz]; 0 keeps all.
+        light_rate: rate at which a light log keeps it [Hz]; 0 keeps all, as a full log does.
     """
 
     name: str
@@ -41,26 +43,29 @@ class Topic(Generic[M]):
     age_limit: float
     control: bool = False
     depth: int = 1
-    log_rate: float = 0.0
+    light_rate: float = 0.0
 
 
-ARM_STATE = Topic("robot/arm_state", m.ArmState, "sim", 1000, 0.05, control=True, log_rate=200)
-CLOCK = Topic("robot/clock", m.Clock, "sim", 200, 0.5, control=True, log_rate=5)
+ARM_STATE = Topic("robot/arm_state", m.ArmState, "sim", 1000, 0.05, control=True, light_rate=20)
+CLOCK = Topic("robot/clock", m.Clock, "sim", 200, 0.5, control=True, light_rate=5)
 ODOMETRY = Topic("robot/odometry", m.Odometry, "sim", 20, 0.5, control=True, depth=64)
 IMU = Topic("robot/imu", m.Imu, "sim", 100, 0.1, control=True, depth=256)
-SCAN = Topic("robot/scan", m.Scan, "sim", 10, 0.3, depth=4)
+SCAN = Topic("robot/scan", m.Scan, "sim", 10, 0.3, depth=4, light_rate=5)
 BUMPER = Topic("robot/bumper", m.Bumper, "sim", 50, 0.2)
-VISION = Topic("robot/vision", m.Vision, "sim", 30, 0.5, depth=16)
-ARM_COMMAND = Topic("arm/command", m.ArmCommand, "arm", 1000, 0.05, control=True, log_rate=200)
+VISION = Topic("robot/vision", m.Vision, "sim", 30, 0.5, depth=16, light_rate=10)
+ARM_COMMAND = Topic("arm/command", m.ArmCommand, "arm", 1000, 0.05, control=True, light_rate=20)
 BASE_COMMAND = Topic("base/command", m.BaseCommand, "base", 20, 0.1, control=True, depth=8)
-ESTIMATE = Topic("observer/estimate", m.Estimate, "observer", 500, 0.05, control=True, log_rate=200)
-BOARD = Topic("observer/board", m.BoardEstimate, "observer", 50, 0.5)
-OBJECT = Topic("observer/object", m.ObjectEstimate, "observer", 125, 0.5)
+ESTIMATE = Topic(
+    "observer/estimate", m.Estimate, "observer", 500, 0.05, control=True, light_rate=20
+)
+BOARD = Topic("observer/board", m.BoardEstimate, "observer", 50, 0.5, light_rate=10)
+OBJECT = Topic("observer/object", m.ObjectEstimate, "observer", 125, 0.5, light_rate=10)
 ARM_STATUS = Topic("arm/status", m.ArmStatus, "arm", 50, 0.5)
 BASE_STATUS = Topic("base/status", m.BaseStatus, "base", 20, 0.5)
-TRUTH = Topic("sim/truth", m.Truth, "sim", 200, 0.5)
+TRUTH = Topic("sim/truth", m.Truth, "sim", 200, 0.5, light_rate=25)
 SIM_TICK = Topic("sim/tick", m.Tick, "sim", 1000, 1e9, depth=8)
-HEALTH = {s: Topic(f"{s}/health", m.Health, s, 5, 1.5) for s in PROCESSES}
+REQUEST = {s: Topic(f"{s}/request", m.Request, s, 1, 1e9, depth=64) for s in SERVICES}
+HEALTH = {s: Topic(f"{s}/health", m.Health, s, 5, 1.5) for s in (*PROCESSES, CONSOLE)}
 TICK = {s: Topic(f"{s}/tick", m.Tick, s, 1000, 1e9, depth=8) for s in SERVICES if s != "sim"}
 
 _ALL: tuple[Topic[Any], ...] = (
@@ -80,6 +85,7 @@ _ALL: tuple[Topic[Any], ...] = (
     BASE_STATUS,
     TRUTH,
     SIM_TICK,
+    *REQUEST.values(),
     *HEALTH.values(),
     *TICK.values(),
 )

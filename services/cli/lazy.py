@@ -14,6 +14,7 @@ COMMANDS = {
     "arm": "services.cli.requests:arm",
     "base": "services.cli.requests:base",
     "run": "services.cli.run:run",
+    "log": "services.cli.log:log",
     "replay": "services.cli.replay:replay",
     "tune": "services.cli.replay:tune",
     "trials": "services.cli.trials:trials",
