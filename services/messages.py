@@ -229,6 +229,15 @@ class Estimate(Message):
     valid: bool = True
     reason: str = ""
     """Why the estimate must not be used, or what was detected (for example ``slip``)."""
+    odometry_deviation: Array = field(
+        default_factory=lambda: np.zeros(3), metadata={"spec": Spec((3,), "m, m, rad", 0.0, 1e9)}
+    )
+    """Of the odometry innovation, as believed; zero if there is none."""
+    imu_deviation: Array = field(
+        default_factory=lambda: np.zeros(3),
+        metadata={"spec": Spec((3,), "rad/s, m/s^2, m/s^2", 0.0, 1e9)},
+    )
+    """Of the IMU innovation, as believed; zero if there is none."""
 
 
 @_message

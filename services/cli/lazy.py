@@ -16,9 +16,11 @@ COMMANDS = {
     "run": "services.cli.run:run",
     "log": "services.cli.log:log",
     "replay": "services.cli.replay:replay",
+    "report": "services.cli.report:report",
     "tune": "services.cli.replay:tune",
     "trials": "services.cli.trials:trials",
-    "disturb": "services.cli.requests:disturb",
+    "console": "services.cli.console:console_",
+    "disturb": "services.cli.disturb:disturb",
     "watch": "services.live.watch:watch",
     "doctor": "services.live.doctor:doctor",
 }

@@ -54,6 +54,10 @@ def up(
     ] = False,
     out: Annotated[Path | None, typer.Option(help="Folder for log and pictures.")] = None,
     hang: Annotated[float, typer.Option(help="No progress for this long is a hang [s].")] = 1.0,
+    no_console: Annotated[bool, typer.Option("--no-console", help="Without the page.")] = False,
+    port: Annotated[
+        int, typer.Option(min=0, max=65535, help="Of the page; 0 for any that is free.")
+    ] = 8080,
     factory: Annotated[str, typer.Option(hidden=True)] = "",
     json: Json = False,
 ) -> None:
@@ -93,6 +97,7 @@ def up(
         factory=factory or FACTORY,
         until_finished=until_finished,
         log=folder / "run.mcap",
+        console=None if no_console or factory else port,
         services=SERVICES if loaded is None else (RECORDER, *loaded.services),
         start_program=loaded is not None
         and not paced

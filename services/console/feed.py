@@ -27,7 +27,7 @@ INPUTS: tuple[T.Topic, ...] = (
     replace(T.TRUTH, depth=64),
     replace(T.ARM_STATUS, depth=32),
     replace(T.BASE_STATUS, depth=16),
-    *T.HEALTH.values(),
+    *(replace(topic, depth=4) for topic in T.HEALTH.values()),
 )
 """What is heard; of the fast topics only the newest message of a frame is so much as decoded."""
 
@@ -44,7 +44,9 @@ TRACKS = {
 """Columns of what is plotted; ``plots.py`` says what they are."""
 
 EVENTS = 12
-TRAIL_STEP, TRAIL_LENGTH = 0.01, 3000  # [m], points
+NEAR = 0.006
+"""Truth further away in time from an estimate than this says nothing of its error [s]."""
+TRAIL_STEP, TRAIL_LENGTH = 0.01, 800  # [m], points
 
 
 @dataclass
@@ -70,22 +72,20 @@ class Feed:
         self.trail: deque[Array] = deque(maxlen=TRAIL_LENGTH)
         self.t = 0.0
         """Newest robot time heard [s]."""
+        self.offset = np.zeros(3)
+        """X_WO as x, y [m], heading [rad]: where odometry's frame is in the world.
+
+        Zero without truth: the picture is then the robot's own.
+        """
+        self.error = np.zeros(3)
+        """Estimated minus true pose at one and the same instant; zero without truth."""
+        self._truths: deque[Truth] = deque(maxlen=128)
+        self._unmatched: deque[Estimate] = deque(maxlen=8)
         self._p99 = dict.fromkeys(T.SERVICES, np.nan)
 
     def latest(self, topic: T.Topic[T.M]) -> T.M | None:
         """The newest message of a topic, None before the first."""
         return self._latest.get(topic.name)  # type: ignore[return-value]
-
-    @property
-    def offset(self) -> Array:
-        """X_WO, x, y [m], heading [rad]: how far odometry's frame is from the world's, if known.
-
-        Zero without truth: the picture is then the robot's own.
-        """
-        truth, estimate = self.latest(T.TRUTH), self.latest(T.ESTIMATE)
-        if truth is None or estimate is None:
-            return np.zeros(3)
-        return between(truth_at(truth, estimate.t), estimate.pose)
 
     def hear(self, topic: T.Topic, message: Message, at: float) -> None:
         """Take one message in.
@@ -106,6 +106,8 @@ class Feed:
         elif isinstance(message, Estimate):
             self._hear_estimate(message)
         elif isinstance(message, Truth):
+            self._truths.append(message)
+            self._match()
             self.ink.touch(message.tip, message.contact)
         elif isinstance(message, ArmStatus):
             self._hear_arm(message, before)
@@ -133,25 +135,36 @@ class Feed:
 
     def _hear_estimate(self, e: Estimate) -> None:
         with np.errstate(divide="ignore", invalid="ignore"):
-            odometry = e.odometry_innovation / getattr(e,"odometry_deviation",1e-3)
-            imu = e.imu_innovation / getattr(e,"imu_deviation",.03)
+            odometry = e.odometry_innovation / e.odometry_deviation
+            imu = e.imu_innovation / e.imu_deviation
         self.tracks["velocity"].add(e.t, e.velocity * (1e3, 1e3, 1e3))
         self.tracks["odometry"].add(e.t, np.where(np.isfinite(odometry), odometry, np.nan))
         self.tracks["imu"].add(e.t, np.where(np.isfinite(imu), imu, np.nan))
         self.tracks["nis"].add(e.t, (e.odometry_nis, e.imu_nis))
         self.tracks["bias"].add(e.t, (e.gyro_bias * 1e3, *(e.accel_bias * 1e3)))
-        truth = self.latest(T.TRUTH)
-        place = e.pose
-        if truth is not None:
+        self._unmatched.append(e)
+        if self.latest(T.TRUTH) is None:
+            self._pass(e.pose)
+        else:
+            self._match()
+
+    def _match(self) -> None:
+        """Compare estimates with the truth of their instant; topics are not heard in step."""
+        while self._unmatched and self._truths and self._truths[-1].t >= self._unmatched[0].t:
+            e = self._unmatched.popleft()
+            truth = min(self._truths, key=lambda truth: abs(truth.t - e.t))
+            if abs(truth.t - e.t) > NEAR or not e.valid:
+                continue
             true = truth_at(truth, e.t)
-            error = (e.pose - true) * 1e3
-            three_sigma = 3e3 * np.sqrt(np.maximum(np.diag(e.covariance)[:2].max(), 0.0))
-            three_turn = 3e3 * np.sqrt(max(e.covariance[2, 2], 0.0))
-            bands = (three_sigma, -three_sigma, three_turn, -three_turn)
-            self.tracks["error"].add(e.t, (*error, *bands))
-            place = true
-        if not self.trail or np.hypot(*(place[:2] - self.trail[-1])) > TRAIL_STEP:
-            self.trail.append(place[:2].copy())
+            self.error, self.offset = e.pose - true, between(true, e.pose)
+            sigma = 3e3 * np.sqrt(np.maximum(np.diag(e.covariance)[:3], 0.0))
+            place, turn = sigma[:2].max(), sigma[2]
+            self.tracks["error"].add(e.t, (*self.error * 1e3, place, -place, turn, -turn))
+            self._pass(true)
+
+    def _pass(self, pose: Array) -> None:
+        if not self.trail or np.hypot(*(pose[:2] - self.trail[-1])) > TRAIL_STEP:
+            self.trail.append(pose[:2].copy())
 
     def _hear_arm(self, status: ArmStatus, before: Message | None) -> None:
         truth = self.latest(T.TRUTH)
@@ -194,12 +207,12 @@ class Feed:
 
 def truth_at(truth: Truth, t: float) -> Array:
     """True pose at an instant near that of the message, at constant acceleration."""
-    dt = max(-0.05, min(t - truth.t, 0.05))
+    dt = t - truth.t
     return truth.pose + dt * truth.velocity + 0.5 * dt * dt * truth.acceleration
 
 
 def between(a: Array, b: Array) -> Array:
-    """The planar transform that takes pose ``b`` to pose ``a``: ``moved(between(a, b), b) == a``."""
+    """The planar transform that takes pose ``b`` to ``a``: ``moved(between(a, b), b) == a``."""
     turn = a[2] - b[2]
     c, s = np.cos(turn), np.sin(turn)
     x, y = b[0], b[1]

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import time
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from services.console import words
-from services.console.feed import Feed, moved
+from services.console.feed import Feed
 from services.console.model import Model
 from services.console.overlays import Overlays
 from services.console.plots import Plots
@@ -37,6 +36,7 @@ class Page:
         scene, gui = server.scene, server.gui
         scene.reset()
         gui.reset()
+        scene.configure_default_lights(cast_shadow=False)
         self._robot = RobotView(scene, self.model)
         self._surroundings = Surroundings(scene, scenario)
         laser = self.model.robot.laser
@@ -46,7 +46,8 @@ class Page:
         self._look()
         self.tabs: Any = gui.add_tab_group()
         with self.tabs.add_tab("Run"):
-            self.controls = gui.add_folder("Robot")
+            self.controls = gui.add_folder("Safety and answers")
+            self.program = gui.add_folder("Program", expand_by_default=True)
             with gui.add_folder("Automaton"):
                 self._automaton = gui.add_markdown("")
             with gui.add_folder("Estimate"):
@@ -55,6 +56,7 @@ class Page:
                     "draw errors ×", 1, 100, 1, 20, hint="ghost and 3σ ellipse of the estimate"
                 )
         with self.tabs.add_tab("Platform"):
+            self.platform_controls = gui.add_folder("Platform")
             self._platform = gui.add_markdown("")
         self.services = self.tabs.add_tab("Services")
         with self.services:
@@ -93,9 +95,7 @@ class Page:
         self._robot.ghosts["true"].show(None if truth is None else where)
         believed = None
         if estimate is not None and estimate.valid:
-            believed = moved(feed.offset, estimate.pose)
-            if truth is not None:  # odometry starts where the world does: what differs is the error
-                believed = where + self._magnify.value * (estimate.pose - where)
+            believed = where + self._magnify.value * feed.error
         self._robot.ghosts["estimated"].show(believed)
         self.overlays.show(feed, where, self._magnify.value)
         self._surroundings.show(feed.t, truth, feed.latest(OBJECT), feed.offset)
@@ -109,7 +109,7 @@ class Page:
         return estimate.pose if estimate is not None else np.zeros(3)
 
     def _look(self) -> None:
-        """Where a new browser looks from: behind the robot's left shoulder."""
+        """Where a new browser looks from: behind the robot's right shoulder."""
         camera = self.server.initial_camera
         x, y, _ = self.scenario.world.platform_start
         if self._surroundings.board is None:
@@ -117,10 +117,5 @@ class Page:
             camera.position = (table.x - 3.5, table.y - 2.5, 2.6)
             camera.look_at = (table.x - 0.8, table.y, 0.8)
         else:
-            camera.position = (x - 2.2, y + 2.0, 2.1)
-            camera.look_at = (x + 0.3, y, 0.95)
-
-
-def scenario_file(run_dir: Path) -> Path:
-    """File in which the supervisor says what scenario runs, for consoles."""
-    return run_dir / "scenario"
+            camera.position = (x - 1.9, y - 1.5, 2.0)
+            camera.look_at = (x + 0.3, y, 1.0)

@@ -154,7 +154,7 @@ class Plots:
 
 
 def _add(gui: Any, plot: Plot) -> Any:
-    series = [{"label": "t"}]
+    series: list[dict[str, Any]] = [{"label": "t"}]
     for name, colour in plot.lines:
         line: dict[str, Any] = {"label": name, "stroke": colour, "width": 1.5, "spanGaps": False}
         if name.endswith("σ") or name == "limit":

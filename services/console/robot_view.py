@@ -51,7 +51,7 @@ class _Ghost:
         self._frame = scene.add_frame(name, show_axes=True, axes_length=0.5, axes_radius=0.008)
         # a platform stands upright in the plane: its body's frame is the pose itself
         for number, shape in enumerate(s for s in model.shapes if s.body == "platform"):
-            add_shape(scene, f"{name}/{number}", shape, colour, opacity=0.3, scale=scale)
+            add_shape(scene, f"{name}/{number}", shape, colour, opacity=0.2, scale=scale)
 
     def show(self, pose: Array | None) -> None:
         """Put it at a pose (x, y, heading), or hide it."""

@@ -71,7 +71,7 @@ def _serving_on(listener: socket.socket, origins: list[str]) -> Iterator[list[bo
     A browser states the page a WebSocket comes from and cannot be made to lie about it; who is no
     browser may state none.
     """
-    serving = _infra.websockets.asyncio.server
+    serving: Any = _infra.websockets.asyncio.server
     original = serving.serve
     used: list[bool] = []
 
@@ -79,7 +79,7 @@ def _serving_on(listener: socket.socket, origins: list[str]) -> Iterator[list[bo
         used.append(True)
         return original(handler, sock=listener, origins=[*origins, None], **options)
 
-    serving.serve = serve  # type: ignore[assignment]
+    serving.serve = serve
     try:
         yield used
     finally:

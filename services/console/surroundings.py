@@ -1,4 +1,4 @@
-"""What stands around in the scene: floor, board, table, box, obstacles, as the scenario has them."""
+"""What stands around in the scene, as the scenario has it: floor, board, table, box, obstacles."""
 
 from __future__ import annotations
 
@@ -110,7 +110,9 @@ class Surroundings:
                 movers.append(handle)
         return movers
 
-    def show(self, t: float, truth: Truth | None, seen: ObjectEstimate | None, offset: Array) -> None:
+    def show(
+        self, t: float, truth: Truth | None, seen: ObjectEstimate | None, offset: Array
+    ) -> None:
         """Put what moves where it is.
 
         Args:

@@ -15,6 +15,11 @@ WARNING = (
     "not at all. Keep the robot's own emergency stop within reach."
 )
 
+WAITING = (
+    "**Waiting for a robot.** Nobody has said yet which scenario runs. `steadyhand up` starts one; "
+    "this page then goes on by itself."
+)
+
 
 def automaton(feed: Feed) -> str:
     """Program, node and the last events."""
@@ -53,7 +58,11 @@ def estimate(feed: Feed) -> str:
     if e is None:
         return "The observer has not spoken yet."
     sigma = np.sqrt(np.maximum(np.diag(e.covariance)[:3], 0.0)) * 1e3
-    usable = f"usable {plain(e.reason)}" if e.valid else f"**not usable: {plain(e.reason)}**"
+    usable = (
+        " ".join(["usable", plain(e.reason)]).strip()
+        if e.valid
+        else f"**not usable: {plain(e.reason)}**"
+    )
     scaled = e.pose * 1e3
     lines = [
         f"{usable}, {e.mode}",

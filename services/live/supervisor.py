@@ -20,9 +20,9 @@ from services.live.pool import Pool
 from services.live.process import FACTORY
 from services.messages import BASE_ENDED, PROGRAM_ENDED, Health
 from services.requests import NoAnswer, ask
-from services.topics import HEALTH, PROCESSES, RECORDER
+from services.topics import CONSOLE, HEALTH, PROCESSES, RECORDER
 from services.wire.bus import open_bus
-from services.wire.endpoints import local, make_run_dir
+from services.wire.endpoints import local, make_run_dir, scenario_file
 
 POLL = 0.05  # [s]
 
@@ -61,6 +61,8 @@ class Plan:
         start_program: live only: have the arm start its program once every service is ready.
         log: file the recorder writes; None for its default.
         services: in starting order.
+        console: port of the page; None for no page. Nothing waits for it, and without it the run
+            goes on.
     """
 
     run_dir: Path
@@ -79,6 +81,7 @@ class Plan:
     start_program: bool = False
     log: Path | None = None
     services: tuple[str, ...] = PROCESSES
+    console: int | None = None
     factory: str = FACTORY
     epoch: float = field(default_factory=time.monotonic)
 
@@ -112,7 +115,8 @@ class Supervisor:
         self.plan = plan
         self.health: dict[str, Health] = {}
         self._report = report
-        self._watched = {name: _Watched() for name in plan.services}
+        beside = () if plan.console is None else (CONSOLE,)
+        self._watched = {name: _Watched() for name in (*plan.services, *beside)}
         self._stop = asyncio.Event()
         self._success = True
 
@@ -125,6 +129,7 @@ class Supervisor:
         """
         run_dir = make_run_dir(self.plan.run_dir)
         with _lock(run_dir):
+            scenario_file(run_dir).write_text(str(self.plan.scenario), encoding="utf-8")
             return asyncio.run(self._main(run_dir))
 
     async def _main(self, run_dir: Path) -> bool:
@@ -140,6 +145,8 @@ class Supervisor:
                 self._bus = bus
                 for name in self.plan.services:
                     await self._bring_up(name)
+                if self.plan.console is not None:
+                    await self._start(CONSOLE, restarted=False)
                 if self.plan.start_program and not self._stop.is_set():
                     await self._start_program()
                 end = time.monotonic() + (self.plan.duration or float("inf"))
@@ -186,6 +193,17 @@ class Supervisor:
         lines = log.read_text(errors="replace").splitlines()[-15:] if log.exists() else []
         return "\n".join([f"{name} did not come up; the end of {log}:", *lines])
 
+    def _page(self) -> list[str]:
+        """What the console is started with."""
+        plan = self.plan
+        args = ["-m", "services.console.live", "--robot", plan.robot, "--port", str(plan.console)]
+        return [*args, "--run-dir", str(plan.run_dir), "--parent", str(os.getpid())]
+
+    def _last_words(self, name: str) -> str:
+        log = self._pool.log_file(name)
+        lines = log.read_text(errors="replace").splitlines() if log.exists() else []
+        return lines[-1] if lines else f"it said nothing; log: {log}"
+
     async def _start(self, name: str, restarted: bool) -> None:
         watched, plan = self._watched[name], self.plan
         now = time.monotonic()
@@ -200,7 +218,7 @@ class Supervisor:
         args += ["--log", str(plan.log)] if plan.log is not None else []
         args += ["--ticks", str(plan.ticks)] if plan.ticks is not None else []
         args += ["--restarted"] if restarted else []
-        watched.pid = await self._pool.start(name, args)
+        watched.pid = await self._pool.start(name, self._page() if name == CONSOLE else args)
         self._tell(name, "started", f"process {watched.pid}")
 
     async def _watch(self) -> None:
@@ -230,7 +248,8 @@ class Supervisor:
                 watched.failures = 0
 
     def _patience(self, name: str) -> float:
-        return max(self.plan.recorder_hang, self.plan.hang) if name == RECORDER else self.plan.hang
+        beside = name in (RECORDER, CONSOLE)
+        return max(self.plan.recorder_hang, self.plan.hang) if beside else self.plan.hang
 
     def _listen(self, now: float) -> None:
         for name, watched in self._watched.items():
@@ -246,7 +265,8 @@ class Supervisor:
                     took = now - (watched.lost if watched.was_ready else watched.started)
                     kind = "restarted" if watched.was_ready else "ready"
                     watched.was_ready = True
-                    self._tell(name, kind, f"in {took:.2f} s")
+                    where = f", {health.detail.split(',')[0]}" if name == CONSOLE else ""
+                    self._tell(name, kind, f"in {took:.2f} s{where}")
 
     def _state_of(self, name: str, health: Health) -> None:
         """Tell of a change of state, and end the run with the program if that is the plan."""
@@ -261,13 +281,20 @@ class Supervisor:
     async def _died(self, name: str, code: int, now: float) -> None:
         watched = self._watched[name]
         watched.pid = 0
-        if self.plan.mode == "paced":  # what is lost cannot be regained bit for bit
+        if name == CONSOLE and not watched.was_ready:
+            self._tell(name, "given up", self._last_words(name))
+            return
+        if (
+            name != CONSOLE and self.plan.mode == "paced"
+        ):  # what is lost cannot be regained bit for bit
             finished = code == 0 and self.plan.ticks is not None
             self._success &= finished
             self._tell(name, "ended" if finished else "died", _meaning(code))
             if not finished and not watched.ready:
                 raise StartFailed(self._why(name))
-            if not finished or not any(w.pid for n, w in self._watched.items() if n != RECORDER):
+            if not finished or not any(
+                w.pid for n, w in self._watched.items() if n not in (RECORDER, CONSOLE)
+            ):
                 self._stop.set()
             return
         if watched.ready:

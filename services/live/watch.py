@@ -16,11 +16,11 @@ from rich.text import Text
 
 from services.cli.common import Json, Robot, RunDir, console, fail, running, show_json
 from services.messages import ArmStatus, BaseStatus, Estimate, Health, Message
-from services.topics import ARM_STATUS, BASE_STATUS, ESTIMATE, HEALTH, TOPICS, Topic
+from services.topics import ARM_STATUS, BASE_STATUS, ESTIMATE, HEALTH, PROCESSES, TOPICS, Topic
 
 VIEWS: dict[str, tuple[Topic, ...]] = {
     "estimate": (ESTIMATE,),
-    "loops": tuple(HEALTH.values()),
+    "loops": tuple(HEALTH[name] for name in PROCESSES),
     "arm": (ARM_STATUS,),
     "base": (BASE_STATUS,),
 }
@@ -30,7 +30,13 @@ Heard = dict[str, Message]
 
 
 def watch(
-    what: Annotated[str, typer.Argument(help="estimate, loops, arm or base.")] = "loops",
+    what: Annotated[
+        str,
+        typer.Argument(
+            help="estimate, loops, arm or base.",
+            autocompletion=lambda incomplete: [v for v in VIEWS if v.startswith(incomplete)],
+        ),
+    ] = "loops",
     once: Annotated[bool, typer.Option("--once", help="One look, then end.")] = False,
     rate: Annotated[float, typer.Option(help="Looks per second.")] = 8.0,
     robot: Robot = "r1",

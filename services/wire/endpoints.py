@@ -58,6 +58,11 @@ def make_run_dir(run_dir: Path) -> Path:
     return run_dir
 
 
+def scenario_file(run_dir: Path) -> Path:
+    """Where the supervisor writes which scenario runs, for whoever draws the robot."""
+    return run_dir / "scenario"
+
+
 def local(run_dir: Path, name: str | None = None) -> Endpoints:
     """Unix sockets in ``run_dir``; without a name it only connects (tools, consoles)."""
     listen = (f"unixsock-stream/{run_dir}/{name}.sock",) if name else ()
