@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import threading
 import time
 from collections.abc import Iterator
@@ -19,6 +20,7 @@ from services.requests import Requests
 from services.topics import SERVICES
 from services.wire.bus import open_bus
 from services.wire.endpoints import local
+from sim.disturbance import KINDS
 
 runner = CliRunner()
 
@@ -84,7 +86,7 @@ def test_nobody_there_says_what_to_do(tmp_path: Path) -> None:
 def test_disturbance_arguments(monkeypatch: pytest.MonkeyPatch) -> None:
     """Options, a sensor, and key=value all become arguments of one request."""
     sent: list[tuple[object, ...]] = []
-    monkeypatch.setattr("services.cli.requests.request", lambda *args: sent.append(args))
+    monkeypatch.setattr("services.cli.disturb.request", lambda *args: sent.append(args))
     runner.invoke(app, ["disturb", "delay", "imu", "--ms", "20", "--for", "1", "t=3", "on=link2"])
     service, verb, args, *_ = sent[0]
     assert (service, verb) == ("sim", "disturb")
@@ -173,3 +175,45 @@ def test_a_run_that_cannot_write_says_so_first(tmp_path: Path) -> None:
     options = ["--for", "0.1", "--no-pictures", "--out", str(folder)]
     assert runner.invoke(app, ["run", "whiteboard", *options]).exit_code == 1
     assert {p.name for p in folder.iterdir()} == {"run.mcap", "result.json"}
+
+
+def test_the_help_of_disturb_lists_every_kind_and_key() -> None:
+    """With ranges and defaults, a line each."""
+    text = runner.invoke(app, ["disturb", "--help"]).output
+    for kind, model in KINDS.items():
+        block = text.split(f"\n  {kind}: ")[1].split("\n\n")[0]
+        for key in set(model.model_fields) - {"kind"}:
+            assert re.search(rf"^ +{key} ", block, re.M), (kind, key)
+    assert "5000; required" in text
+
+
+@pytest.mark.parametrize(
+    ("typed", "offered"),
+    [
+        ("steadyhand dist", {"disturb"}),
+        ("steadyhand disturb bl", {"blinded"}),
+        ("steadyhand disturb push f", {"force="}),
+        ("steadyhand disturb dropout sensor=la", {"sensor=laser"}),
+        ("steadyhand disturb push on=link7", {"on=link7"}),
+        ("steadyhand disturb moon ", set()),
+        ("steadyhand watch e", {"estimate"}),
+    ],
+)
+def test_the_shell_completes(typed: str, offered: set[str]) -> None:
+    """Commands, kinds, keys and their values, as fish asks for them."""
+    env = {
+        "_STEADYHAND_COMPLETE": "complete_fish",
+        "_TYPER_COMPLETE_FISH_ACTION": "get-args",
+        "_TYPER_COMPLETE_ARGS": typed,
+    }
+    out = runner.invoke(app, [], env=env, prog_name="steadyhand").output
+    assert {line.split("\t")[0] for line in out.splitlines() if line} == offered
+
+
+def test_an_error_is_one_line_when_it_is_piped() -> None:
+    """However long: no line break in the middle of a name or a path."""
+    result = runner.invoke(app, ["up", "no_such_scenario_with_a_name_that_is_" + "long_" * 12])
+    assert any("Known:" in line and "whiteboard" in line for line in result.stderr.splitlines())
+    result = runner.invoke(app, ["watch", "--run-dir", "/nowhere/" + "x" * 70])
+    (line,) = result.stderr.splitlines()
+    assert line.startswith("error: robot r1") and line.endswith("give its --run-dir")
