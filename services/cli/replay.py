@@ -14,6 +14,8 @@ from rich.markup import escape
 from rich.table import Table
 
 from services.cli.common import Json, console, fail, writing
+from services.cli.replay_again import again, lines_of, show_again
+from services.cli.replay_again import data_of as again_data
 
 if TYPE_CHECKING:
     from observer.logs.facts import Diagnosis
@@ -37,9 +39,21 @@ def replay(
         bool, typer.Option("--as-is", help="Correct nothing, whatever the diagnosis.")
     ] = False,
     pictures: Annotated[bool, typer.Option(help="Draw the pictures.")] = True,
+    arm: Annotated[
+        bool, typer.Option("--arm", help="The arm instead: does it decide as it did in the run?")
+    ] = False,
+    base: Annotated[
+        bool, typer.Option("--base", help="The platform's behaviours instead.")
+    ] = False,
     json: Json = False,
 ) -> None:
-    """Run the observer over a recorded log: what is wrong with it, and how good the estimate is."""
+    """Run the observer over a recorded log: what is wrong with it, and how good the estimate is.
+
+    Of a run of ours it also says whether the observer says to the last bit what it said then;
+    with --arm or --base the same of those, over what they heard.
+    """
+    if arm or base:
+        show_again(again(log, "arm" if arm else "base"), json)
     from observer.logs.part import cut
     from observer.logs.run import span
     from services.replays.run import KINDS, PICTURES, data_of, replay_recording
@@ -65,6 +79,9 @@ def replay(
     except ValueError as error:
         fail(str(error))
     data = data_of(done)
+    same = again(log, "observer") if log.suffix != ".toml" and seconds is None else None
+    if same is not None:
+        data["again"] = again_data(same)
     with writing():
         (folder / "report.json").write_text(jsonlib.dumps(data, indent=2) + "\n")
         if pictures:
@@ -75,6 +92,8 @@ def replay(
         typer.echo(jsonlib.dumps(data))
     else:
         _show(done, data)
+        for line in lines_of(same) if same is not None else []:
+            console.print(line, highlight=False, soft_wrap=True)
         what = "report.json and pictures" if pictures else "report.json"
         console.print(f"{what} in {folder}", highlight=False)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterable, Mapping
-from dataclasses import fields
+from dataclasses import MISSING, fields
 from pathlib import Path
 from typing import Any
 
@@ -170,8 +170,14 @@ def _fill(log: RunLog, path: Path, found: Iterable[Record]) -> dict[str, str]:
 
 
 def _restored(topic: Topic, content: dict[str, Any]) -> dict[str, Any]:
-    """Turn the nulls that stand for what was not finite back into what is allowed."""
+    """What a log leaves open: a null stands for what was not finite; a field that is missing was
+    added to the message since, and has its default."""
     for f in fields(topic.type):
-        if content.get(f.name) is None and str(f.type) == "float":
+        if f.name not in content:
+            if f.default_factory is not MISSING:
+                content[f.name] = f.default_factory()
+            elif f.default is not MISSING:
+                content[f.name] = f.default
+        elif content[f.name] is None and str(f.type) == "float":
             content[f.name] = f.metadata["spec"].hi
     return content

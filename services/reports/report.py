@@ -215,7 +215,9 @@ def torques(log: RunLog, title: str) -> Figure | None:
         return None
     t = np.array([c.t for c in commands])
     tau = np.array([c.tau for c in commands])
-    figure, axes = plt.subplots(tau.shape[1], 1, figsize=(13, 10), sharex=True, layout="constrained")
+    figure, axes = plt.subplots(
+        tau.shape[1], 1, figsize=(13, 10), sharex=True, layout="constrained"
+    )
     for i, axis in enumerate(axes):
         axis.plot(t, tau[:, i], color=DRAWN, lw=0.7)
         axis.set_ylabel(f"joint {i + 1}\n[N m]")
