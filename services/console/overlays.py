@@ -61,7 +61,12 @@ class Overlays:
 
     def _lines(self, name: str, colour: tuple[int, int, int], width: float) -> Any:
         return self._scene.add_line_segments(
-            name, points=NOWHERE, colors=colour, line_width=width, visible=False
+            name,
+            points=NOWHERE,
+            colors=colour,
+            thickness=width,
+            thickness_units="screen",
+            visible=False,
         )
 
     def _arrows(self, name: str, radius: float) -> Any:
@@ -192,7 +197,11 @@ class Overlays:
                 self._ink[number] = (len(piece), handle)
             else:
                 handle = self._scene.add_line_segments(
-                    f"/board/ink/{number}", points=points, colors=INK, line_width=4
+                    f"/board/ink/{number}",
+                    points=points,
+                    colors=INK,
+                    thickness=4,
+                    thickness_units="screen",
                 )
                 self._ink.append((len(piece), handle))
 

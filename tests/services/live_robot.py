@@ -40,7 +40,15 @@ def environment(home: Path) -> dict[str, str]:
 def running(home: Path) -> Iterator[Path]:
     """``COMMAND``, paced, with its sockets below ``home``, until the ``with`` is left."""
     log = home / "output"
-    command = [*COMMAND.split(), "--paced", "--for", str(LONGEST), "--out", str(home / "run")]
+    command = [
+        *COMMAND.split(),
+        "--no-console",
+        "--paced",
+        "--for",
+        str(LONGEST),
+        "--out",
+        str(home / "run"),
+    ]
     with log.open("w") as file:
         up = subprocess.Popen(command, stdout=file, stderr=file, env=environment(home), cwd=home)
     try:
