@@ -12,7 +12,7 @@ with connect() as robot:
 
     robot.disturb("dropout", sensor="odometry", duration=4)
     try:
-        held = robot.wait_for("arm/status", lambda status: status.state == "safe_hold", timeout=30)
+        held = robot.wait_for("arm/status", lambda status: status.state == "safe_hold")
         print(f"{held.t:8.3f} s  the arm let go: {held.reason}")
     except Silent:
         print("the arm went on: the gyro and the accelerometer were enough")

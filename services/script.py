@@ -32,8 +32,10 @@ M = TypeVar("M", bound=Message)
 
 QUEUE = 10_000
 """Unread messages of a topic that a script may fall behind by, before the oldest are dropped."""
-PATIENCE = 3.0
+PATIENCE = 10.0
 """For a topic that should be speaking [s]."""
+WAIT = 300.0
+"""For what is to happen [s]."""
 
 
 class NotRunning(RuntimeError):
@@ -162,17 +164,17 @@ class Connection:
 
     @overload
     def wait_for(
-        self, topic: Topic[M], condition: Callable[[M], bool], timeout: float = 60.0
+        self, topic: Topic[M], condition: Callable[[M], bool], timeout: float = WAIT
     ) -> M: ...
     @overload
     def wait_for(
-        self, topic: str, condition: Callable[[Any], bool], timeout: float = 60.0
+        self, topic: str, condition: Callable[[Any], bool], timeout: float = WAIT
     ) -> Any: ...
     def wait_for(
         self,
         topic: str | Topic[Any],
         condition: Callable[[Any], bool],
-        timeout: float = 60.0,
+        timeout: float = WAIT,
     ) -> Any:
         """The first message from now on, the newest included, for which a condition holds.
 
@@ -206,7 +208,7 @@ class Connection:
 
     # --- events -------------------------------------------------------------------------------
 
-    def events(self, timeout: float = 60.0) -> Iterator[Event]:
+    def events(self, timeout: float = WAIT) -> Iterator[Event]:
         """What happened since the last call, and what happens: nodes, states, services.
 
         Args:
@@ -222,7 +224,7 @@ class Connection:
                 self._wait(deadline, f"nothing happened for {timeout:g} s")
             yield self._events.pop(0)
 
-    def wait_for_event(self, name: str, service: str = "", timeout: float = 60.0) -> Event:
+    def wait_for_event(self, name: str, service: str = "", timeout: float = WAIT) -> Event:
         """The next event of a name; those before it are passed over.
 
         Args:

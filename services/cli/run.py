@@ -11,6 +11,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from services.cli.common import Json, console, fail
+from services.cli.progress import busy, progress
 from services.reports.labels import GRASP_LABELS, LABELS, PEN_LABELS, PLATFORM_LABELS
 
 
@@ -37,20 +38,24 @@ def run(
         loaded = load_scenario(scenario)
         folder = out or Path("runs") / f"{loaded.name}-{observer}-{seed}"
         fresh_folder(folder)
-        done = run_lockstep(loaded, seed, observer, duration)
-        write(done, folder)
+        most = loaded.duration if duration is None else duration
+        with progress(loaded.name, most, "s at most", quiet=json) as tell:
+            done = run_lockstep(loaded, seed, observer, duration, progress=tell)
+        with busy("writing the log", quiet=json):
+            write(done, folder)
     except (BadFile, ProgramError, ValueError) as error:
         fail(str(error), 2)
     except OSError as error:
         fail(f"cannot write to {error.filename}: {error.strerror}", 2)
     title = f"{loaded.name}, observer {observer}, seed {seed}"
-    write_report(done.log, done.result, folder, title, pictures, loaded)
+    with busy("drawing the pictures", quiet=json or not pictures):
+        write_report(done.log, done.result, folder, title, pictures, loaded)
     if json:
         typer.echo(jsonlib.dumps(done.result))
     else:
         show(done.result)
         what = "log and pictures" if pictures else "log"
-        console.print(f"{what} in {folder}", highlight=False)
+        console.print(f"{what} in {folder}", highlight=False, soft_wrap=True)
     if not done.result["outcome"].startswith("finished") or done.result.get("lifted") is False:
         raise typer.Exit(1)
 

@@ -92,6 +92,7 @@ def backoff(failures: int) -> float:
 
 
 HEALTHY = 10.0  # [s] without failure forgives the earlier ones
+SILENT_START = 3.0  # [s] in which a program may be refused before anybody is told
 STARTS = 3  # failures in a row before a service that never was ready is given up
 
 
@@ -170,8 +171,12 @@ class Supervisor:
     async def _start_program(self) -> None:
         """Ask the arm; try again while what it needs is on its way."""
         reason, deadline = "", time.monotonic() + self.plan.start
+        tell_at = time.monotonic() + SILENT_START
         while time.monotonic() < deadline and not self._stop.is_set():
             await self._watch()
+            if time.monotonic() > tell_at:
+                tell_at = deadline
+                self._tell("arm", "waiting", f"to start its program: {reason}")
             try:
                 reply = await asyncio.to_thread(
                     ask, self._bus.session, self.plan.robot, "arm", "start", {}
