@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import re
 import threading
@@ -10,12 +11,15 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from rich.console import Console
 from service_toys import TOYS
 from typer.testing import CliRunner
 
 from services.cli.main import app
 from services.live.clock import EpochClock, HeardClock
 from services.live.runner import run_live
+from services.live.watch import render
+from services.messages import ArmStatus, BaseStatus, Health, Message
 from services.requests import Requests
 from services.topics import SERVICES
 from services.wire.bus import open_bus
@@ -217,3 +221,32 @@ def test_an_error_is_one_line_when_it_is_piped() -> None:
     result = runner.invoke(app, ["watch", "--run-dir", "/nowhere/" + "x" * 70])
     (line,) = result.stderr.splitlines()
     assert line.startswith("error: robot r1") and line.endswith("give its --run-dir")
+
+
+def test_the_arm_and_the_platform_are_shown_in_words_and_units() -> None:
+    """A person reads state, node, force and margins, and who voted for what."""
+    status = ArmStatus(
+        1.0, state="safe_hold", reason="estimate old", program="a.hds", node="Line1",
+        force=1.49, force_reference=1.5, reach_margin=0.123, joint_margin=0.5,
+    )  # fmt: skip
+    text = _shown({"arm/status": status})
+    for words in ("NO: safe_hold", "a.hds Line1", "+1.490, 1.500", "123", "28.6"):
+        assert words in text, words
+    votes = {"drive_to": [0.1, 0.0, 0.5, 1.0], "avoid": [0.0, 0.0, 0.0, 0.0]}
+    text = _shown({"base/status": BaseStatus(1.0, "driving", "", votes)})
+    assert "+0.100 ahead" in text and "+28.65 deg/s, weight 1.00" in text
+    assert "nothing; it limits" in text
+
+
+def test_a_process_that_fell_silent_is_marked_in_loops() -> None:
+    """Its old figures are not taken for new ones."""
+    heard = {f"{s}/health": Health(t, s) for s, t in (("sim", 9.0), ("arm", 6.0))}
+    text = _shown(heard)
+    assert "arm silent" in text and "sim silent" not in text
+
+
+def _shown(heard: dict[str, Message]) -> str:
+    console = Console(width=120, file=io.StringIO())
+    console.print(render(heard))
+    assert isinstance(console.file, io.StringIO)
+    return console.file.getvalue()

@@ -69,7 +69,7 @@ def test_04_the_arm_lets_go_and_goes_on(robot_home: Path, tmp_path: Path) -> Non
     """Without odometry it comes to a safe hold, and once it is back it draws on when told to."""
     out = run("04", robot_home, tmp_path)
     assert re.search(r"the arm let go: .*odometry silent", out)
-    assert "the arm draws on" in out
+    assert "the arm goes on" in out
 
 
 @pytest.mark.processes
