@@ -18,7 +18,7 @@ RECORDER = "recorder"
 """The process that only listens."""
 PROCESSES = (RECORDER, *SERVICES)
 CONSOLE = "console"
-"""The process of the page: it listens, asks as people do, and nobody connects to it."""
+"""The process of the page: it hears what there is, and asks as people do."""
 
 
 @dataclass(frozen=True)

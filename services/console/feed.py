@@ -43,7 +43,7 @@ TRACKS = {
 }
 """Columns of what is plotted; ``plots.py`` says what they are."""
 
-EVENTS = 12
+EVENTS = 8
 NEAR = 0.006
 """Truth further away in time from an estimate than this says nothing of its error [s]."""
 TRAIL_STEP, TRAIL_LENGTH = 0.01, 800  # [m], points

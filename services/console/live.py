@@ -13,9 +13,11 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
+
+import zenoh
 
 from services.console.asking import Asking
 from services.console.controls import Controls
@@ -29,7 +31,7 @@ from services.live.runner import Heart
 from services.requests import ask
 from services.service import Inbox, Reply
 from services.topics import CONSOLE, Topic
-from services.wire.bus import open_bus
+from services.wire.bus import Bus, open_bus
 from services.wire.endpoints import local, make_run_dir, scenario_file
 from sim.scenario import Scenario, load_scenario
 
@@ -73,7 +75,7 @@ class Console:
     def run(self, stop: threading.Event) -> None:
         """Until ``stop`` is set."""
         pace = FixedRate(PERIOD)
-        with open_bus(local(self._run_dir), self._robot, CONSOLE, INPUTS) as bus:
+        with self._bus() as bus:
 
             def send(service: str, verb: str, args: dict[str, Any]) -> Reply:
                 return ask(bus.session, self._robot, service, verb, args)
@@ -90,6 +92,22 @@ class Console:
                     self._page.show(self.feed, now)
                     self._controls.show()
                 heart.beat(self.feed.t, inbox)
+
+    @contextlib.contextmanager
+    def _bus(self) -> Iterator[Bus]:
+        """With a socket of its own: who is started later connects to it, as among services.
+
+        A second console finds it taken; it then hears only who was there before it.
+        """
+        with contextlib.ExitStack() as stack:
+            try:
+                opened = open_bus(local(self._run_dir, CONSOLE), self._robot, CONSOLE, INPUTS)
+                bus = stack.enter_context(opened)
+            except zenoh.ZError:
+                log.warning("console: another one of this robot was there first")
+                opened = open_bus(local(self._run_dir), self._robot, CONSOLE, INPUTS)
+                bus = stack.enter_context(opened)
+            yield bus
 
     def _look_for_scenario(self, asking: Asking) -> None:
         """Build the page when it is known what to draw, and anew when that has changed."""

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import zenoh
 
-from services.topics import PROCESSES
+from services.topics import CONSOLE, PROCESSES
 
 LEASE = 1000  # [ms]; a stopped process is noticed after this, a killed one at once
 _LONGEST_SOCKET = 100  # [bytes]; the kernel allows 107, zenoh appends ".lock" to the name
@@ -66,7 +66,7 @@ def scenario_file(run_dir: Path) -> Path:
 def local(run_dir: Path, name: str | None = None) -> Endpoints:
     """Unix sockets in ``run_dir``; without a name it only connects (tools, consoles)."""
     listen = (f"unixsock-stream/{run_dir}/{name}.sock",) if name else ()
-    others = [s for s in (*PROCESSES, "supervisor") if s != name]
+    others = [s for s in (*PROCESSES, "supervisor", CONSOLE) if s != name]
     return Endpoints(listen, tuple(f"unixsock-stream/{run_dir}/{s}.sock" for s in others))
 
 

@@ -27,6 +27,20 @@ PATIENCE = 180.0
 FLAGS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 
 
+SCENE = {"x": 420, "y": 150, "width": 400, "height": 600}
+"""Where the page is neither controls nor plots [px]."""
+WAITING = """
+description = "The whiteboard, but a person starts the program."
+robot = "xr4000_puma560"
+duration = 3600
+[task]
+program = "whiteboard.hds"
+autostart = false
+[task.base]
+behaviour = "hold_still"
+"""
+
+
 def until(seen: Callable[[], Any], what: str, patience: float = PATIENCE) -> Any:
     """What ``seen`` returns once it is true."""
     deadline = time.monotonic() + patience
@@ -109,13 +123,17 @@ def x_and_y(page: Any) -> tuple[float, float]:
     return float(found[1]), float(found[2])
 
 
+def press(page: Any, name: str) -> None:
+    """Press a button of that very name."""
+    page.get_by_role("button", name=name, exact=True).click()
+
+
 def fill(page: Any, label: str, value: str) -> None:
     """Type a number beside its slider in the folder that is open."""
-    row = page.locator("input[type=text]:visible")
-    names = page.get_by_text(label, exact=True).locator("xpath=ancestor::div[.//input][1]")
-    field = names.locator("input").last if names.count() else row.first
+    name = page.locator("label:visible", has_text=re.compile(f"^{label}$")).first
+    field = name.locator("xpath=ancestor::div[.//input][1]").locator("input[inputmode]").last
     field.fill(value)
-    field.press("Enter")
+    field.press("Tab")
 
 
 def test_a_person_sees_it_move_pushes_it_sends_it_away_stops_and_resets_it(
@@ -123,15 +141,21 @@ def test_a_person_sees_it_move_pushes_it_sends_it_away_stops_and_resets_it(
 ) -> None:
     """Everything that is pressed has an effect that is seen on the page, and an answer."""
     with TemporaryDirectory(prefix="sh") as home:
-        up = Up(Path(home), "whiteboard", "--paced", "--seed", "1")
+        scenario = tmp_path / "waiting.toml"
+        scenario.write_text(WAITING)
+        up = Up(Path(home), str(scenario), "--paced", "--seed", "1")
         try:
             page = opened(browser, up.address())
-            # it moves: the program goes through its nodes, and so do plots and scene
+            page.screenshot(path=tmp_path / "0_waits.png")
+
+            # started: the program goes through its nodes, and so do plots and scene
+            scene = page.screenshot(clip=SCENE)
+            press(page, "Start")
+            until(lambda: "program: Start: accepted" in text(page), "the answer to Start")
             until(lambda: "arm running, node" in text(page), "a node of the program")
-            before = picture(page, ".uplot canvas")
-            until(lambda: picture(page, ".uplot canvas") != before, "a plot that moves")
-            nodes = text(page).count("arm running, node")
-            until(lambda: text(page).count("arm running, node") > nodes, "another node")
+            plot = picture(page, ".uplot canvas")
+            until(lambda: picture(page, ".uplot canvas") != plot, "a plot that moves")
+            until(lambda: page.screenshot(clip=SCENE) != scene, "a scene that moves")
             page.screenshot(path=tmp_path / "1_moves.png")
 
             # pushed: the disturbance acts, and the estimate has seen the platform move
@@ -148,7 +172,7 @@ def test_a_person_sees_it_move_pushes_it_sends_it_away_stops_and_resets_it(
             page.screenshot(path=tmp_path / "3_reacts.png")
 
             # sent away: the arm is let go of the board first
-            page.get_by_text("Stop", exact=True).click()
+            press(page, "Stop")
             until(lambda: "program: Stop: accepted" in text(page), "the answer to Stop")
             tab(page, "Platform")
             page.get_by_role("button", name="Goal: click the floor").click()
@@ -169,9 +193,9 @@ def test_a_person_sees_it_move_pushes_it_sends_it_away_stops_and_resets_it(
             page.get_by_role("button", name="Protective stop").click()
             until(lambda: "protective_stop" in text(page), "the arm in protective stop")
             page.screenshot(path=tmp_path / "6_stopped.png")
-            page.get_by_text("Start", exact=True).click()
+            press(page, "Start")
             until(lambda: "program: Start: refused" in text(page), "a refusal with its reason")
-            page.get_by_text("Reset arm", exact=True).click()
+            press(page, "Reset arm")
             until(lambda: "after a stop: Reset arm: accepted" in text(page), "the answer to Reset")
             until(lambda: re.search(r"arm idle", text(page)), "an arm that is idle")
             page.screenshot(path=tmp_path / "7_reset.png")
