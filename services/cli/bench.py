@@ -17,6 +17,7 @@ from rich.table import Table
 from services.cli import bench_approach as cli_bench_approach
 from services.cli import bench_arm as cli_bench_arm
 from services.cli import bench_base as cli_bench_base
+from services.cli import bench_console as cli_bench_console
 from services.cli import bench_observer as cli_bench_observer
 from services.cli.common import Json, console, fail
 from services.reports.evaluation import DRAWING_FIGURES, ESTIMATE_FIGURES, PEN_FIGURES
@@ -38,6 +39,7 @@ bench.command(name="observer")(cli_bench_observer.observer)
 bench.command(name="arm")(cli_bench_arm.arm)
 bench.command(name="base")(cli_bench_base.base)
 bench.command(name="approach")(cli_bench_approach.approach)
+bench.command(name="console")(cli_bench_console.console_)
 
 
 @bench.command()
