@@ -11,7 +11,7 @@ from typing import Any
 import orjson
 
 from services.logs.file import BadLog, Record, records, whole_records
-from services.logs.writer import ABOUT, LogWriter
+from services.logs.writer import ABOUT, ENDED, LogWriter
 from services.messages import BadMessage, Message, check
 from services.topics import TOPICS, Topic
 
@@ -82,7 +82,7 @@ def read_log(path: Path, topics: Iterable[Topic] | None = None) -> tuple[RunLog,
             to go on.
     """
     log = RunLog()
-    about = _fill(log, path, whole_records(path, _names(topics)))
+    about = _fill(log, path, whole_records(path, _names(topics)), [])
     return log, about
 
 
@@ -100,18 +100,19 @@ def read_run(
     Raises:
         BadLog: nothing there that can be read, or a file that is no whole log.
     """
-    if not path.is_dir():
-        return *read_log(path, topics), []
     log, about, notes = RunLog(), dict[str, str](), list[str]()
     names = _names(topics)
+    if not path.is_dir():
+        about = _fill(log, path, whole_records(path, names), notes)
+        return log, about, notes
     parts = parts_of(path)
     for part in parts:
         try:
-            found = _fill(log, part, whole_records(part, names))
+            found = _fill(log, part, whole_records(part, names), notes)
         except BadLog as cut:
             if not cut.cut:
                 raise
-            found = _fill(log, part, records(part, names, notes))
+            found = _fill(log, part, records(part, names, notes), notes)
         about = about or found
     if not about:
         raise BadLog(f"{path}: nothing in {', '.join(p.name for p in parts)} can be read")
@@ -147,13 +148,15 @@ def _names(topics: Iterable[Topic] | None) -> set[str] | None:
     return None if topics is None else {topic.name for topic in topics}
 
 
-def _fill(log: RunLog, path: Path, found: Iterable[Record]) -> dict[str, str]:
-    """Put messages into a log; returns the metadata that say where they come from."""
+def _fill(log: RunLog, path: Path, found: Iterable[Record], notes: list[str]) -> dict[str, str]:
+    """Put messages into a log, and what was lost into the notes; returns where they come from."""
     about: dict[str, str] = {}
     for record in found:
         if record.metadata is not None:
             if record.name == ABOUT:
                 about = record.metadata
+            elif record.name == ENDED and record.metadata.get("lost", "0") != "0":
+                notes.append(f"the recorder lost {record.metadata['lost']} messages")
             continue
         topic = TOPICS.get(record.name)
         if topic is None:

@@ -198,7 +198,7 @@ def _by_ticks(log: RunLog, service: Service, end: float) -> Iterator[tuple[Topic
     inbox, every = Inbox(service.inputs), max(1, round(service.period / TICK))
     for tick in range(last + 1):
         now = tick * TICK
-        if now >= end:
+        if now > end + TICK:  # what it said of an instant, it said a tick later
             return
         for topic, message in due.get(tick, ()):
             _tell(service, inbox, topic, message)

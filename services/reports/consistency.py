@@ -30,6 +30,8 @@ class Consistency:
 
     Attributes:
         odometry: instants (n,) [s] and NIS (n,) of the odometry's innovations.
+        moving: NIS of those of them during which the platform was not taken to stand: standing
+            odometry stays on one rounded value, and tells nothing.
         imu: the same of the IMU's.
         truth: instants and squared error of the pose in units of the reported covariance (NEES).
         inside: share of valid estimates with truth within 3 sigma in x, y and heading; NaN
@@ -37,6 +39,7 @@ class Consistency:
     """
 
     odometry: tuple[Array, Array]
+    moving: Array
     imu: tuple[Array, Array]
     truth: tuple[Array, Array]
     inside: float
@@ -45,18 +48,25 @@ class Consistency:
 def consistency_of(log: RunLog) -> Consistency:
     """What a run says of its observer; empty arrays where it says nothing."""
     estimates = log.series(ESTIMATE)
-    t = np.array([e.t for e in estimates])
-    return Consistency(
-        _changes(t, np.array([e.odometry_nis for e in estimates])),
-        _changes(t, np.array([e.imu_nis for e in estimates])),
-        *_errors(log),
-    )
+    odometry = _new([(e.t, e.odometry_age, e.odometry_nis, e.mode) for e in estimates])
+    imu = _new([(e.t, e.imu_age, e.imu_nis, e.mode) for e in estimates])
+    moving = np.array([nis for _, nis, mode in odometry if mode != "standing"])
+    return Consistency(_columns(odometry), moving, _columns(imu), *_errors(log))
 
 
-def _changes(t: Array, nis: Array) -> tuple[Array, Array]:
-    """A NIS is repeated until the next innovation: where it changes there was one."""
-    new = np.flatnonzero(np.diff(nis) != 0.0) + 1
-    return t[new], nis[new]
+def _new(said: list[tuple[float, float, float, str]]) -> list[tuple[float, float, str]]:
+    """Of t, age, NIS, mode: t, NIS, mode where a new measurement was used; it is its stamp, the
+    difference of the first two, that moves then."""
+    out, last = [], -math.inf
+    for t, age, nis, mode in said:
+        if t - age > last + 1e-6 and nis > 0.0:
+            out.append((t, nis, mode))
+            last = t - age
+    return out
+
+
+def _columns(found: list[tuple[float, float, str]]) -> tuple[Array, Array]:
+    return np.array([t for t, _, _ in found]), np.array([nis for _, nis, _ in found])
 
 
 def _errors(log: RunLog) -> tuple[tuple[Array, Array], float]:

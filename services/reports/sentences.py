@@ -32,6 +32,8 @@ def drawing(log: RunLog, f: Figures) -> str:
 
 def estimate(log: RunLog, f: Figures) -> str:
     """Of the observer's pose against the truth."""
+    if f.get("estimate_rms_mm") is None:
+        return "The observer's pose (blue) was never valid beside a truth (orange)."
     return (
         f"The observer's pose (blue) is {_n(f, 'estimate_rms_mm')} mm and"
         f" {_n(f, 'estimate_rms_deg')} deg rms from the truth (orange), beside it the error within"
@@ -42,7 +44,10 @@ def estimate(log: RunLog, f: Figures) -> str:
 def consistency(log: RunLog, f: Figures) -> str:
     """Of the normalised innovations."""
     found, parts = consistency_of(log), []
-    for name, (_, nis) in (("odometry", found.odometry), ("the IMU", found.imu)):
+    moving = len(found.moving) > 20
+    wheels = found.moving if moving else found.odometry[1]
+    when = "odometry while moving" if moving else "odometry, which stood"
+    for name, nis in ((when, wheels), ("the IMU", found.imu[1])):
         if len(nis) > 5:
             low, high = chi2_band(DOF, len(nis))
             parts.append(
@@ -96,9 +101,9 @@ def timeline(log: RunLog, f: Figures) -> str:
     """Of what went wrong and what was done."""
     count = len(disturbances_of(log))
     invalid = sum(not e.valid for e in log.series(ESTIMATE)) / max(len(log.series(ESTIMATE)), 1)
-    acted = f"{count} disturbance{'s' if count != 1 else ''} acted" if count else "Nothing acted"
+    acted = f"{count} disturbance{'s' if count != 1 else ''}" if count else "No disturbance"
     return (
-        f"{acted} on this run; below them what the observer found wrong and what arm and platform"
+        f"{acted} acted; shown is when, what the observer found wrong, and what arm and platform"
         f" did; the estimate was valid {100 * (1 - invalid):.2f} % of the time."
     )
 

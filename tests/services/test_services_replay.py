@@ -102,7 +102,7 @@ def test_files_that_are_no_recording_are_named(folder: Path, tmp_path: Path) -> 
             open_recording(path)
     whole = (folder / "run.mcap").read_bytes()
     (two / "a.mcap").write_bytes(whole[: len(whole) // 2])
-    with pytest.raises(BadLog, match="killed before it finished.*steadyhand log recover"):
+    with pytest.raises(BadLog, match=r"killed before it finished.*steadyhand log recover"):
         open_recording(two / "a.mcap")
     with pytest.raises(BadLog, match="nothing on robot/odometry"):
         recording_of(RunLog(), {})
