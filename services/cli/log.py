@@ -13,6 +13,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from services.cli.common import Json, console, fail, show_json, writing
+from services.cli.progress import busy
 
 if TYPE_CHECKING:
     from services.logs.info import LogInfo
@@ -33,7 +34,7 @@ def _good_log() -> Iterator[None]:
     from services.logs.file import BadLog
 
     try:
-        with writing():
+        with writing(), busy("working through the log"):
             yield
     except BadLog as error:
         fail(str(error), 2)

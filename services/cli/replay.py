@@ -14,6 +14,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from services.cli.common import Json, console, fail, writing
+from services.cli.progress import busy
 from services.cli.replay_again import again, lines_of, show_again
 from services.cli.replay_again import data_of as again_data
 
@@ -53,7 +54,9 @@ def replay(
     with --arm or --base the same of those, over what they heard.
     """
     if arm or base:
-        show_again(again(log, "arm" if arm else "base"), json)
+        with busy("running it again", quiet=json):
+            done_again = again(log, "arm" if arm else "base")
+        show_again(done_again, json)
     from observer.logs.part import cut
     from observer.logs.run import span
     from services.replays.run import KINDS, PICTURES, data_of, replay_recording
@@ -75,11 +78,13 @@ def replay(
         for name in PICTURES:  # of an earlier replay; the folder may hold more than ours
             (folder / f"{name}.png").unlink(missing_ok=True)
     try:
-        done = replay_recording(recording, observer, as_is)
+        with busy(f"replaying {log.name}", quiet=json):
+            done = replay_recording(recording, observer, as_is)
     except ValueError as error:
         fail(str(error))
     data = data_of(done)
-    same = again(log, "observer") if log.suffix != ".toml" and seconds is None else None
+    with busy("replaying it as it was", quiet=json):
+        same = again(log, "observer") if log.suffix != ".toml" and seconds is None else None
     if same is not None:
         data["again"] = again_data(same)
     with writing():
@@ -87,7 +92,8 @@ def replay(
         if pictures:
             from services.replays.pictures import write_pictures
 
-            write_pictures(done, folder)
+            with busy("drawing the pictures", quiet=json):
+                write_pictures(done, folder)
     if json:
         typer.echo(jsonlib.dumps(data))
     else:
@@ -113,7 +119,8 @@ def tune(
         fail(f"cannot write to {out}: there is no folder {out.parent}", 2)
     recording = _opened(log)
     try:
-        report = tune_recording(recording, seconds)
+        with busy(f"tuning on {log.name}", quiet=json):
+            report = tune_recording(recording, seconds)
     except ValueError as error:
         fail(str(error))
     text = fragment(report)

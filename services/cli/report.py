@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from services.cli.common import console, fail, writing
+from services.cli.progress import busy
 
 
 def report(
@@ -21,7 +22,8 @@ def report(
 
     target = out or (log if log.is_dir() else log.parent) / "report.html"
     try:
-        messages, about, notes = read_run(log)
+        with busy("reading the log"):
+            messages, about, notes = read_run(log)
     except (BadLog, OSError) as error:
         fail(str(error), 2)
     if not any(messages.messages.values()):
@@ -31,7 +33,8 @@ def report(
     run = log if log.is_dir() else log.parent
     name = about.get("scenario") or run.resolve().name
     title = f"{name}, {about.get('mode', 'run')}, observer {about.get('observer', '?')}"
-    page = html_of(messages, about, notes, f"{title}, seed {about.get('seed', '?')}")
+    with busy("drawing the pictures"):
+        page = html_of(messages, about, notes, f"{title}, seed {about.get('seed', '?')}")
     with writing():
         target.write_text(page, encoding="utf-8")
     console.print(f"report in {target}", highlight=False, soft_wrap=True)
