@@ -25,6 +25,10 @@ from services.wire.codec import pack_plain, unpack_map
 
 TIMEOUT = 2.0  # [s] for the loop to take an action up
 _AT_ONCE = 0.1  # [s]
+RATE = 50
+"""Requests that a service takes up in a second; who asks more often is refused."""
+ALWAYS = ("protective_stop", "stop")
+"""Verbs that are taken up however many there are."""
 
 Action = Callable[[], Reply]
 
@@ -41,15 +45,23 @@ class Requests:
         robot: name of the robot.
         service: whose ``prepare`` is asked.
         timeout: how long an action may wait for the loop [s].
+        clock: local time, for the rate [s].
     """
 
     def __init__(
-        self, session: zenoh.Session, robot: str, service: Service, timeout: float = TIMEOUT
+        self,
+        session: zenoh.Session,
+        robot: str,
+        service: Service,
+        timeout: float = TIMEOUT,
+        clock: Callable[[], float] = time.monotonic,
     ) -> None:
+        self._clock = clock
         self._service = service
         self._timeout = timeout
         self._queries: queue.SimpleQueue[zenoh.Query | None] = queue.SimpleQueue()
         self._actions: deque[tuple[str, dict[str, Any], Action, Future[Reply]]] = deque()
+        self._taken: deque[float] = deque(maxlen=RATE)
         self._queryable = session.declare_queryable(
             request_key(robot, service.name, "*"),
             zenoh.handlers.Callback(self._queries.put, indirect=False),
@@ -109,6 +121,11 @@ class Requests:
         if verb not in self._service.verbs:
             known = ", ".join(self._service.verbs) or "nothing"
             return Reply(False, f"{self._service.name} cannot {verb!r}; it can: {known}")
+        if verb not in ALWAYS:
+            now = self._clock()
+            if len(self._taken) == RATE and now - self._taken[0] < 1.0:
+                return Reply(False, f"{self._service.name} takes {RATE} requests a second; wait")
+            self._taken.append(now)
         try:
             args = unpack_map(query.payload.to_bytes()) if query.payload is not None else {}
             action = self._service.prepare(verb, args)
