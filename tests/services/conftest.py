@@ -16,10 +16,18 @@ os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [HERE, os.environ.get("P
 
 
 @pytest.fixture(scope="session")
-def robot_home() -> Iterator[Path]:
-    """Of one robot that sways and draws, for all who only talk to it; in a short path, for its
-    sockets are in it."""
+def shared_robot() -> Iterator[Path]:
+    """Home of one robot for all who only talk to it; a short path, for its sockets are in it."""
     from live_robot import running
 
     with TemporaryDirectory(prefix="sh") as home, running(Path(home)):
         yield Path(home)
+
+
+@pytest.fixture
+def robot_home(shared_robot: Path) -> Path:
+    """The same, whatever the test before did to it: it sways, and has just begun to draw."""
+    from live_robot import begin_anew
+
+    begin_anew(shared_robot)
+    return shared_robot

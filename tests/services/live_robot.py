@@ -66,6 +66,29 @@ def running(home: Path) -> Iterator[Path]:
             up.kill()
 
 
+def begin_anew(home: Path) -> None:
+    """Have the arm start its task from the beginning, out of whatever state it is in.
+
+    An arm that was idle while the platform swayed may be so near to the end of a joint's range
+    that the sway takes it there; it is reset then, as a person would, and started again.
+    """
+    with connect(run_dir=home / "steadyhand" / "r1") as robot:
+        for _ in range(5):
+            status = robot.latest("arm/status", PATIENCE)
+            if status.state == "protective_stop":
+                robot.request("arm", "reset")
+            elif status.state not in ("idle", "finished"):
+                robot.request("arm", "stop")
+            robot.request("arm", "start")
+            since = robot.latest("arm/status", PATIENCE).t
+            state = robot.wait_for(
+                "arm/status", lambda s, since=since: s.t > since + 1.0, PATIENCE
+            ).state
+            if state == "running":
+                return
+        raise AssertionError(f"the arm does not begin: it is {state}")
+
+
 def _speaks(run_dir: Path) -> bool:
     """Whether the arm and the platform are at work."""
     try:
