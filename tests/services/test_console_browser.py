@@ -74,7 +74,7 @@ class Up:
 
     def end(self) -> None:
         self.process.send_signal(signal.SIGINT)
-        self.process.wait(60)
+        self.process.wait(PATIENCE)
         self.said.close()
 
 
@@ -133,7 +133,7 @@ def fill(page: Any, label: str, value: str) -> None:
     name = page.locator("label:visible", has_text=re.compile(f"^{label}$")).first
     field = name.locator("xpath=ancestor::div[.//input][1]").locator("input[inputmode]").last
     field.fill(value)
-    field.press("Tab")
+    field.blur()
 
 
 def test_a_person_sees_it_move_pushes_it_sends_it_away_stops_and_resets_it(

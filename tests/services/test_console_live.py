@@ -19,7 +19,7 @@ from services.logs.runlog import read_log
 from services.topics import CONSOLE, HEALTH
 
 pytestmark = pytest.mark.processes
-PATIENCE = 120.0
+PATIENCE = 300.0
 
 
 def until(seen: Callable[[], object], what: str) -> None:
@@ -49,7 +49,7 @@ class Started:
         """End the newest one, or that of a number."""
         process = self._all.pop(number)
         process.send_signal(signal.SIGINT)
-        process.wait(60)
+        process.wait(PATIENCE)
 
     def end_all(self) -> None:
         """End whatever still runs."""
