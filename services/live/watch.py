@@ -24,7 +24,7 @@ VIEWS: dict[str, tuple[Topic, ...]] = {
     "arm": (ARM_STATUS,),
     "base": (BASE_STATUS,),
 }
-WAIT = 3.0  # [s] for a first message
+WAIT = 10.0  # [s] for a first message
 SILENT = 1.5  # [s] behind the others; a heartbeat comes five times a second
 
 Heard = dict[str, Message]
@@ -62,6 +62,8 @@ def watch(
 
         deadline = time.monotonic() + WAIT
         while len(look()) < len(topics) and time.monotonic() < deadline:
+            if heard:  # the others are there by now, or they are not
+                deadline = min(deadline, time.monotonic() + SILENT)
             time.sleep(0.02)
         if not heard:
             fail(f"nobody speaks on {', '.join(t.name for t in topics)}. Is it up? steadyhand up")
