@@ -143,10 +143,10 @@ class Feed:
         self.tracks["nis"].add(e.t, (e.odometry_nis, e.imu_nis))
         self.tracks["bias"].add(e.t, (e.gyro_bias * 1e3, *(e.accel_bias * 1e3)))
         self._unmatched.append(e)
-        if self.latest(T.TRUTH) is None:
-            self._pass(e.pose)
-        else:
+        if self.latest(T.TRUTH) is not None:
             self._match()
+        elif e.valid:
+            self._pass(e.pose)
 
     def _match(self) -> None:
         """Compare estimates with the truth of their instant; topics are not heard in step."""
