@@ -10,7 +10,7 @@ PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11; 
 SCENARIO ?= whiteboard_moving
 
 .DEFAULT_GOAL := help
-.PHONY: help setup test check pytest format demo lock clean
+.PHONY: help setup test check pytest docs format demo lock clean
 
 help:  ## show this list
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 10
@@ -32,7 +32,7 @@ $(STAMP): requirements.lock pyproject.toml
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps -e .
 	@touch $@
 
-test: check pytest  ## all checks and all tests
+test: check docs pytest  ## all checks, the docs and all tests
 
 check: setup  ## lint, format, types, who imports whom
 	$(BIN)/ruff check
@@ -42,6 +42,9 @@ check: setup  ## lint, format, types, who imports whom
 
 pytest: setup
 	$(BIN)/python -m pytest
+
+docs: setup  ## the pages of docs/ as a site in build/site, warnings as errors
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet --strict --site-dir build/site
 
 format: setup  ## put the code into the project's format
 	$(BIN)/ruff format

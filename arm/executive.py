@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arm.board_place import BoardPlace
-from arm.control import LowPass
+from arm.control import LowPass, Posture
 from arm.control.objective import smooth
 from arm.control.priority import priorities
 from arm.control.torque_law import Gains, TorqueLaw
@@ -51,6 +51,8 @@ TOUCH = 0.3
 """Pressing force that means contact [N], ..."""
 TOUCH_FILTER = 20.0
 """... after a low-pass of this cut-off [Hz]."""
+POSTURE = 1.0
+"""Rate at which a joint to spare goes to its place at rest [1/s]."""
 STATUS_PERIOD = 0.02
 """[s]"""
 
@@ -107,6 +109,10 @@ class Executive(ProgramRunner):
         self._resync = False
         self._station_lost = False
         self._work = GroundWork(self.model)
+        # six joints are all that a pen square on a board takes; a seventh is drawn to rest
+        rest = np.array(self.model.robot.arm.rest)
+        self._spare = Posture(rest, gain=POSTURE) if self.model.joints > 6 else None
+        self._still = True
 
     # --- what the safe states ask of this arm ---------------------------------------------------
 
@@ -248,11 +254,15 @@ class Executive(ProgramRunner):
         self._run(context)
         objective = self._last.objective
         if objective is None:
-            wanted = np.zeros(6)
+            wanted = np.zeros(self.model.joints)
+            if self._spare is not None and not self._still:
+                reference.switch()  # its own motion ends with the objective's
         else:
-            solution = priorities([part.rows(kinematics, dt) for part in objective.parts()], 6)
+            parts = objective.parts() if self._spare is None else (*objective.parts(), self._spare)
+            solution = priorities([p.rows(kinematics, dt) for p in parts], self.model.joints)
             wanted = solution.qd
             self._mind(solution.manipulability)
+        self._still = objective is None
         reference.follow(wanted, dt)
         tau = self._law.torque(
             dt,
@@ -284,7 +294,7 @@ class Executive(ProgramRunner):
         """Take the present joint positions for the reference, after a start or a gap."""
         self._resync = False
         self._reference.reset(state.q)
-        self._law.reset(np.zeros(6))
+        self._law.reset(np.zeros(self.model.joints))
         if isinstance(self._control, Station):
             self._take(Retreat(0.0))
         self._last = Step(None, self._last.desired, np.zeros(3))

@@ -40,7 +40,7 @@ class Limits:
         self._names = arm.joints
         self._saturated = 0.0
         self._clamped = 0.0
-        self._speed = np.zeros(6)
+        self._speed = np.zeros(self.model.joints)
         self._joint_floor = JOINT_MARGIN
         self._reach_floor = 0.0
         self.joint_margin = 0.0
@@ -68,9 +68,9 @@ class Limits:
 
         Args:
             dt: since the last call [s].
-            q: measured joint positions, shape (6,) [rad].
-            qd: measured joint velocities, shape (6,) [rad/s].
-            q_ref: reference positions, shape (6,) [rad].
+            q: measured joint positions, shape (n,) [rad].
+            qd: measured joint velocities, shape (n,) [rad/s].
+            q_ref: reference positions, shape (n,) [rad].
             wrench: force [N] and moment [N m] at the wrist, shape (6,).
             saturated: a torque was clamped at this tick.
             clamped: the reference's rates were clamped at this tick.

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.linalg.lapack import dposv
 
 from deploy.robot import Robot
-from deploy.skeleton import ARM, DOFS, PLATFORM, load_skeleton
+from deploy.skeleton import ARM, PLATFORM, load_skeleton
 
 Array = NDArray[np.float64]
 
@@ -53,9 +53,9 @@ class Kinematics:
     Attributes:
         p: p_OT, shape (3,) [m].
         R: R_OT, shape (3, 3).
-        J: of the tip (linear, then angular velocity) in O by joint rates, shape (6, 6).
+        J: of the tip (linear, then angular velocity) in O by joint rates, shape (6, n).
         drift: velocity of the tip in O that the platform alone causes, shape (6,).
-        q: joint positions there, shape (6,) [rad].
+        q: joint positions there, shape (n,) [rad].
         steady: the drift that the platform's ``steady`` velocity causes, for what is sensitive to
             velocity and not to pose; None is the drift.
     """
@@ -73,10 +73,10 @@ class Inertia:
     """Of the arm on its platform, at one posture.
 
     Attributes:
-        joints: M_aa, by acceleration of the joints, shape (6, 6) [kg m^2].
+        joints: M_aa, by acceleration of the joints, shape (n, n) [kg m^2].
         recoiling: the same for a platform that is free to recoil, M_aa - M_ab M_bb^-1 M_ba.
-        platform: M_ab, by acceleration of the platform, shape (6, 3) [kg m, kg m, kg m^2].
-        diagonal: of ``joints``, shape (6,) [kg m^2].
+        platform: M_ab, by acceleration of the platform, shape (n, 3) [kg m, kg m, kg m^2].
+        diagonal: of ``joints``, shape (n,) [kg m^2].
     """
 
     joints: Array
@@ -90,16 +90,21 @@ class ArmModel:
 
     Args:
         name: of the robot's folder in deploy/robots.
+
+    Attributes:
+        robot: its description.
+        joints: of the arm; n in the shapes.
     """
 
     def __init__(self, name: str) -> None:
         self.robot: Robot
         self.robot, self._skeleton = load_skeleton(name)
         self._pen = self._skeleton.getBodyNode("pen")
-        self._wrist = self._skeleton.getBodyNode("link6")
+        self.joints = len(self.robot.arm.joints)
+        self._wrist = self._skeleton.getBodyNode(self.robot.arm.links[-1])
         self._tip = np.array([0.0, 0.0, self.robot.pen.tip_radius])
-        self._positions = np.zeros(DOFS)
-        self._velocities = np.zeros(DOFS)
+        self._positions = np.zeros(self._skeleton.getNumDofs())
+        self._velocities = np.zeros(self._skeleton.getNumDofs())
         lower = self._skeleton.getPositionLowerLimits()[ARM]
         upper = self._skeleton.getPositionUpperLimits()[ARM]
         self.q_lower: Array = np.array(lower)
@@ -111,8 +116,8 @@ class ArmModel:
 
         Args:
             base: motion of the platform.
-            q: joint positions, shape (6,) [rad].
-            qd: joint velocities, shape (6,) [rad/s].
+            q: joint positions, shape (n,) [rad].
+            qd: joint velocities, shape (n,) [rad/s].
         """
         self._positions[PLATFORM] = base.pose
         self._positions[ARM] = q
@@ -148,7 +153,7 @@ class ArmModel:
         feedback: Array,
         base_acceleration: Array,
     ) -> Array:
-        """Torque at the state last placed, shape (6,) [N m], without friction.
+        """Torque at the state last placed, shape (n,) [N m], without friction.
 
         Gravity, Coriolis, rotor inertia and the platform's acceleration are in it. The feedback
         goes through the inertia that the joints feel on a platform free to recoil: with M_aa
@@ -157,8 +162,8 @@ class ArmModel:
 
         Args:
             inertia: at that state or one near it.
-            feedforward: joint accelerations of the reference, shape (6,) [rad/s^2].
-            feedback: joint accelerations asked for by the joint error, shape (6,) [rad/s^2].
+            feedforward: joint accelerations of the reference, shape (n,) [rad/s^2].
+            feedback: joint accelerations asked for by the joint error, shape (n,) [rad/s^2].
             base_acceleration: A_OB_O, recoil included, shape (3,).
         """
         tau: Array = inertia.joints.dot(feedforward)
@@ -171,7 +176,7 @@ class ArmModel:
         """What motion of the joints alone gives the robot, at the state last placed.
 
         Args:
-            qd: joint rates, shape (6,) [rad/s].
+            qd: joint rates, shape (n,) [rad/s].
 
         Returns:
             Momentum along x, y of O [N s] and about the vertical through B [N m s], shape (3,).

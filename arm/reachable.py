@@ -105,7 +105,7 @@ class Reachability:
 
     def _reach_left(self, points: Array, base: Base) -> Array:
         """Distance left before the arm is stretched out [m], shape (n,)."""
-        at = self._model.place(base, self._rest, np.zeros(6))
+        at = self._model.place(base, self._rest, np.zeros(self._model.joints))
         wrist, shoulder = self._model.wrist_and_shoulder()
         offset = self._R @ TOOL_ON_BOARD @ at.R.T @ (wrist - at.p)
         wrists = self._p + points @ self._R.T + offset
@@ -115,7 +115,7 @@ class Reachability:
     def _joints(self, points: Array, base: Base) -> str:
         """Follow the points with the joints, from the pose of rest."""
         q = self._rest.copy()
-        first = self._R.T @ (self._model.place(base, q, np.zeros(6)).p - self._p)
+        first = self._R.T @ (self._model.place(base, q, np.zeros(self._model.joints)).p - self._p)
         way = first + np.linspace(0.0, 1.0, 20)[:, None] * (points[0] - first)
         worst, where = np.inf, points[0]
         for n, point in enumerate(np.concatenate([way, points])):
@@ -139,7 +139,7 @@ class Reachability:
         target, R_OT = self._p + self._R @ point, self._R @ TOOL_ON_BOARD
         size = np.inf
         for _ in range(15):
-            k = self._model.place(base, q, np.zeros(6))
+            k = self._model.place(base, q, np.zeros(self._model.joints))
             turn = k.R @ R_OT.T
             about = np.array(
                 [turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]]
@@ -148,7 +148,13 @@ class Reachability:
             size = float(np.abs(error).max())
             if size < 0.1 * CLOSE:
                 break
-            step = k.J.T @ np.linalg.solve(k.J @ k.J.T + 1e-6 * np.eye(6), error)
+            wanted = error
+            if self._model.joints > 6:  # as the executive draws the joint to spare
+                spare = self._rest - q
+                wanted = error - k.J @ spare
+            step = k.J.T @ np.linalg.solve(k.J @ k.J.T + 1e-6 * np.eye(6), wanted)
+            if self._model.joints > 6:
+                step += spare
             q = q + np.clip(step, -0.2, 0.2)
         return q, size
 

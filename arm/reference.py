@@ -17,19 +17,19 @@ class JointReference:
     """Positions and rates the torque law follows.
 
     Args:
-        velocity_limit: shape (6,) [rad/s].
+        velocity_limit: shape (n,) [rad/s].
     """
 
     def __init__(self, velocity_limit: Array) -> None:
         self._limit = velocity_limit
-        self.reset(np.zeros(6))
+        self.reset(np.zeros(len(velocity_limit)))
 
     def reset(self, q: Array) -> None:
-        """Stand still at ``q``, shape (6,) [rad]."""
+        """Stand still at ``q``, shape (n,) [rad]."""
         self.q = q.copy()
-        self.qd = np.zeros(6)
+        self.qd = np.zeros(len(q))
         self._switch = False
-        self._offset = np.zeros(6)
+        self._offset = np.zeros(len(q))
         self._fade = 1.0
         self._fade_time = FADE
         self.clamped = False
@@ -43,7 +43,7 @@ class JointReference:
         self.q = self.q + self.qd * dt
 
     def follow(self, wanted: Array, dt: float) -> None:
-        """Take new rates, shape (6,) [rad/s], within the velocity limits."""
+        """Take new rates, shape (n,) [rad/s], within the velocity limits."""
         if self._switch:
             self._switch = False
             self._offset = self.qd - wanted

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Literal, TypeVar, overload
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from deploy.tomlfile import BadFile, Strict, load_toml, toml_entry
 
@@ -14,25 +14,49 @@ ROBOTS = Path(__file__).parent / "robots"
 Positive = Annotated[float, Field(gt=0)]
 NonNegative = Annotated[float, Field(ge=0)]
 Vector3 = tuple[float, float, float]
-Vector6 = tuple[float, float, float, float, float, float]
 Vector7 = tuple[float, float, float, float, float, float, float]
 Names7 = tuple[str, str, str, str, str, str, str]
 
 
 class Arm(Strict):
-    """The arm, joint by joint, in the order of ``joints``."""
+    """The arm, joint by joint, in the order of ``joints``: six, or seven with one to spare.
+
+    Its links are ``link1``, ``link2`` (with its origin in the shoulder) ... to the last one (with
+    its origin in the wrist).
+    """
 
     urdf: str
-    joints: tuple[str, str, str, str, str, str]
-    torque_limit: Vector6
-    velocity_limit: Vector6
-    rotor_inertia: Vector6
-    coulomb_friction: Vector6
-    viscous_friction: Vector6
+    joints: Annotated[tuple[str, ...], Field(min_length=6, max_length=7)]
+    torque_limit: tuple[Positive, ...]
+    velocity_limit: tuple[Positive, ...]
+    rotor_inertia: tuple[NonNegative, ...]
+    coulomb_friction: tuple[NonNegative, ...]
+    viscous_friction: tuple[NonNegative, ...]
     encoder_resolution: Positive
-    rest: Vector6
+    rest: tuple[float, ...]
+    """Posture at the start; with a joint to spare, the one it is drawn to at work [rad]."""
     reach: Positive
     force_limit: Positive
+
+    @model_validator(mode="after")
+    def _complete(self) -> Arm:
+        for name in (
+            "torque_limit",
+            "velocity_limit",
+            "rotor_inertia",
+            "coulomb_friction",
+            "viscous_friction",
+            "rest",
+        ):
+            given = len(getattr(self, name))
+            if given != len(self.joints):
+                raise ValueError(f"{name} has {given} values for {len(self.joints)} joints")
+        return self
+
+    @property
+    def links(self) -> tuple[str, ...]:
+        """Names of the bodies that the joints move, from the shoulder on."""
+        return tuple(f"link{i}" for i in range(1, len(self.joints) + 1))
 
 
 class TwoArms(Strict):

@@ -1,9 +1,9 @@
 """Builds a robot's DART skeleton from its description: one model for simulation, control, pictures.
 
 Degrees of freedom, in order: platform x, y [m] and heading [rad] of B in O; then, of a one-armed
-robot, six arm joints [rad] and the pen spring [m]; of a two-armed one, seven joints of the left arm
-and seven of the right one [rad]; of one with a hand, seven arm joints and eight of the hand, which
-``hand_coupling`` gives from the eleven that are driven.
+robot, six or seven arm joints [rad] and the pen spring [m]; of a two-armed one, seven joints of the
+left arm and seven of the right one [rad]; of one with a hand, seven arm joints and eight of the
+hand, which ``hand_coupling`` gives from the eleven that are driven.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ import numpy as np
 from deploy.robot import HandRobot, Robot, TwoArmRobot, load_robot, urdf_text
 
 PLATFORM = slice(0, 3)
-ARM = slice(3, 9)
-PEN = 9
-DOFS = 10
+ARM = slice(3, -1)
+"""The arm of a one-armed robot, however many joints it has."""
+PEN = -1
 
 LEFT, RIGHT = slice(3, 10), slice(10, 17)
 BOTH = slice(3, 17)

@@ -45,6 +45,9 @@ class Belief(NamedTuple):
     odometry_nis: float = 0.0
     imu_innovation: Array = _ZERO
     imu_nis: float = 0.0
+    odometry_deviation: Array = _ZERO
+    """Of the innovation, from its covariance (3)."""
+    imu_deviation: Array = _ZERO
     speed_nis: float = 0.0
     odometry_refused: int = 0
     """Odometry refused by the gate in a row."""

@@ -247,6 +247,8 @@ class EkfObserver:
             mode=belief.mode.mode.value,
             valid=valid,
             reason=reason,
+            odometry_deviation=belief.odometry_deviation,
+            imu_deviation=belief.imu_deviation,
         )
 
     def _nothing(self, now: float) -> Estimate:

@@ -21,7 +21,7 @@ class ArmService(ProgramService[Executive]):
 
     def __init__(self, scenario: Scenario, live: bool, restarted: bool, seed: int = 0) -> None:
         executive = Executive(scenario.robot, scenario.task.board)
-        super().__init__(executive, REGISTRY, 6, 1, scenario, live, restarted)
+        super().__init__(executive, REGISTRY, executive.model.joints, 1, scenario, live, restarted)
         if self._program is not None and scenario.task.shape_by_seed:
             self._program = shaped(self._program, seed + 1)
         self._reach = Reachability(scenario.robot, scenario.task.board)

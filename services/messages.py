@@ -41,6 +41,7 @@ __all__ = [
     "Message",
     "ObjectEstimate",
     "Odometry",
+    "Request",
     "Scan",
     "Tick",
     "Truth",
@@ -228,6 +229,15 @@ class Estimate(Message):
     valid: bool = True
     reason: str = ""
     """Why the estimate must not be used, or what was detected (for example ``slip``)."""
+    odometry_deviation: Array = field(
+        default_factory=lambda: np.zeros(3), metadata={"spec": Spec((3,), "m, m, rad", 0.0, 1e9)}
+    )
+    """Of the odometry innovation, as believed; zero if there is none."""
+    imu_deviation: Array = field(
+        default_factory=lambda: np.zeros(3),
+        metadata={"spec": Spec((3,), "rad/s, m/s^2, m/s^2", 0.0, 1e9)},
+    )
+    """Of the IMU innovation, as believed; zero if there is none."""
 
 
 @_message
@@ -393,6 +403,17 @@ class Health(Message):
     """Age of each input [s]."""
     refused: dict[str, int] = field(default_factory=dict)
     """Refused messages since start, by ``topic: reason``."""
+
+
+@_message
+class Request(Message):
+    """What a person, a script or the supervisor asked of a service, as its loop took it up."""
+
+    verb: str = ""
+    args: str = ""
+    """JSON."""
+    accepted: bool = True
+    reason: str = ""
 
 
 @_message

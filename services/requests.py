@@ -6,6 +6,7 @@ the service prepare an action. The loop executes the action between two steps.
 
 from __future__ import annotations
 
+import json
 import queue
 import threading
 import time
@@ -17,7 +18,7 @@ from typing import Any
 
 import zenoh
 
-from services.messages import BadMessage
+from services.messages import BadMessage, Request
 from services.service import Reply, Service
 from services.topics import request_key
 from services.wire.codec import pack_plain, unpack_map
@@ -25,6 +26,10 @@ from services.wire.codec import pack_plain, unpack_map
 TIMEOUT = 2.0  # [s] for the loop to take an action up
 WAITING = 16  # requests; people send one at a time
 _AT_ONCE = 0.1  # [s]
+RATE = 50
+"""Requests that a service takes up in a second; who asks more often is refused."""
+ALWAYS = ("protective_stop", "stop")
+"""Verbs that are taken up however many there are."""
 
 Action = Callable[[], Reply]
 
@@ -41,17 +46,25 @@ class Requests:
         robot: name of the robot.
         service: whose ``prepare`` is asked.
         timeout: how long an action may wait for the loop [s].
+        clock: local time, for the rate [s].
     """
 
     def __init__(
-        self, session: zenoh.Session, robot: str, service: Service, timeout: float = TIMEOUT
+        self,
+        session: zenoh.Session,
+        robot: str,
+        service: Service,
+        timeout: float = TIMEOUT,
+        clock: Callable[[], float] = time.monotonic,
     ) -> None:
+        self._clock = clock
         self._service = service
         self._timeout = timeout
         self.flooded = 0
         """Requests that were not even looked at: more came than could be answered."""
         self._queries: queue.Queue[zenoh.Query | None] = queue.Queue(WAITING)
-        self._actions: deque[tuple[Action, Future[Reply]]] = deque()
+        self._actions: deque[tuple[str, dict[str, Any], Action, Future[Reply]]] = deque()
+        self._taken: deque[float] = deque(maxlen=RATE)
         self._queryable = session.declare_queryable(
             request_key(robot, service.name, "*"),
             zenoh.handlers.Callback(self._take, indirect=False),
@@ -67,16 +80,36 @@ class Requests:
         except queue.Full:
             self.flooded += 1
 
-    def run_pending(self) -> None:
-        """Execute what was prepared; called by the loop between two steps. It never raises."""
+    def run_pending(self, now: float) -> list[Request]:
+        """Execute what was prepared; called by the loop between two steps. It never raises.
+
+        Args:
+            now: robot time [s].
+
+        Returns:
+            What was taken up, for the log.
+        """
+        done = []
         while self._actions:
-            action, future = self._actions.popleft()
+            verb, args, action, future = self._actions.popleft()
             if not future.set_running_or_notify_cancel():
                 continue  # its sender was told that it timed out
             try:
-                future.set_result(action())
+                reply = action()
             except Exception as error:
-                future.set_result(Reply(False, f"{type(error).__name__}: {error}"))
+                reply = Reply(False, f"{type(error).__name__}: {error}")
+            future.set_result(reply)
+            said = json.dumps(args, default=str, skipkeys=True)
+            done.append(
+                Request(
+                    t=max(now, 0.0),
+                    verb=verb,
+                    args=said,
+                    accepted=reply.accepted,
+                    reason=reply.reason,
+                )
+            )
+        return done
 
     def close(self) -> None:
         """Stop answering."""
@@ -98,6 +131,11 @@ class Requests:
         if verb not in self._service.verbs:
             known = ", ".join(self._service.verbs) or "nothing"
             return Reply(False, f"{self._service.name} cannot {verb!r}; it can: {known}")
+        if verb not in ALWAYS:
+            now = self._clock()
+            if len(self._taken) == RATE and now - self._taken[0] < 1.0:
+                return Reply(False, f"{self._service.name} takes {RATE} requests a second; wait")
+            self._taken.append(now)
         try:
             args = unpack_map(query.payload.to_bytes()) if query.payload is not None else {}
             action = self._service.prepare(verb, args)
@@ -108,7 +146,7 @@ class Requests:
         except Exception as error:
             return Reply(False, f"{type(error).__name__}: {error}")
         future: Future[Reply] = Future()
-        self._actions.append((action, future))
+        self._actions.append((verb, args, action, future))
         try:
             return future.result(self._timeout)
         except FutureTimeout:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import gc
 import json
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,6 +25,8 @@ from sim.scenario import Scenario
 
 AFTER = 0.5
 """How long a run goes on after the program has ended [s]."""
+TOLD_TICKS = 200
+"""Ticks between two words on how far a run is."""
 
 
 @dataclass
@@ -44,6 +46,7 @@ def run_lockstep(
     after: float = AFTER,
     late: Mapping[str, int] | None = None,
     services: Sequence[Service] | None = None,
+    progress: Callable[[float, str], None] | None = None,
 ) -> Run:
     """Run a scenario until its program has ended or its time is over.
 
@@ -58,6 +61,7 @@ def run_lockstep(
         after: how long to go on after the program has ended [s].
         late: ticks of delay on top of the usual one, by the name of the topic.
         services: instead of those of the scenario; in the order of ``topics.SERVICES``.
+        progress: told now and then of the robot time [s] and what is going on.
 
     Raises:
         BadFile, ProgramError, ValueError: the scenario, its program or the observer is wrong.
@@ -77,6 +81,9 @@ def run_lockstep(
     with without_collector():
         while lockstep.tick < limit and (ended is None or lockstep.tick < ended + after / TICK):
             lockstep.step()
+            if progress is not None and lockstep.tick % TOLD_TICKS == 0:
+                last = statuses[-1] if statuses else None
+                progress(lockstep.now, getattr(last, "node", "") or getattr(last, "state", ""))
             if ended is None and len(statuses) > seen:
                 seen = len(statuses)
                 if statuses[-1].state in endings:  # type: ignore[attr-defined]

@@ -22,8 +22,7 @@ from services.topics import (
 )
 from sim.disturbance import disturbance_from
 from sim.scenario import Scenario
-from sim.simulator import JOINTS, Simulator
-from sim.two_arm_simulator import JOINTS as TWO_ARM_JOINTS
+from sim.simulator import Simulator
 from sim.two_arm_simulator import TwoArmSimulator
 
 
@@ -49,7 +48,7 @@ class SimService:
             TwoArmSimulator(scenario, seed) if two_armed else Simulator(scenario, seed)
         )
         self.period = self.simulator.period
-        self._joints = TWO_ARM_JOINTS if two_armed else JOINTS
+        self._joints = self.simulator.joints
         self._refused = 0
         self._now = 0.0
 

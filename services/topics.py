@@ -17,6 +17,8 @@ The base is last: nothing drives before the arm holds itself.
 RECORDER = "recorder"
 """The process that only listens."""
 PROCESSES = (RECORDER, *SERVICES)
+CONSOLE = "console"
+"""The process of the page: it hears what there is, and asks as people do."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +33,7 @@ class Topic(Generic[M]):
         age_limit: a message older than this is not to be acted upon [s].
         control: part of a control loop: dropped rather than queued, sent at once, highest priority.
         depth: how many unread messages a reader keeps; 1 is latest-value.
-        log_rate: rate at which a run's log keeps it [Hz]; 0 keeps all.
+        light_rate: rate at which a light log keeps it [Hz]; 0 keeps all, as a full log does.
         readers: the services that may hear it where access is controlled; recorder and people
             hear everything.
     """
@@ -43,48 +45,54 @@ class Topic(Generic[M]):
     age_limit: float
     control: bool = False
     depth: int = 1
-    log_rate: float = 0.0
+    light_rate: float = 0.0
     readers: tuple[str, ...] = ()
 
 
 # fmt: off
 ARM_STATE = Topic(
-    "robot/arm_state", m.ArmState, "sim", 1000, 0.05, control=True, log_rate=200,
+    "robot/arm_state", m.ArmState, "sim", 1000, 0.05, control=True, light_rate=20,
     readers=("arm", "observer"),
 )
 CLOCK = Topic(
-    "robot/clock", m.Clock, "sim", 200, 0.5, control=True, log_rate=5,
+    "robot/clock", m.Clock, "sim", 200, 0.5, control=True, light_rate=5,
     readers=("observer", "arm", "base"),
 )
 ODOMETRY = Topic(
     "robot/odometry", m.Odometry, "sim", 20, 0.5, control=True, depth=64, readers=("observer",)
 )
 IMU = Topic("robot/imu", m.Imu, "sim", 100, 0.1, control=True, depth=256, readers=("observer",))
-SCAN = Topic("robot/scan", m.Scan, "sim", 10, 0.3, depth=4, readers=("base",))
+SCAN = Topic("robot/scan", m.Scan, "sim", 10, 0.3, depth=4, light_rate=5, readers=("base",))
 BUMPER = Topic("robot/bumper", m.Bumper, "sim", 50, 0.2, readers=("base",))
 VISION = Topic(
-    "robot/vision", m.Vision, "sim", 30, 0.5, depth=16, readers=("observer", "base")
+    "robot/vision", m.Vision, "sim", 30, 0.5, depth=16, light_rate=10,
+    readers=("observer", "base"),
 )
 ARM_COMMAND = Topic(
-    "arm/command", m.ArmCommand, "arm", 1000, 0.05, control=True, log_rate=200, readers=("sim",)
+    "arm/command", m.ArmCommand, "arm", 1000, 0.05, control=True, light_rate=20, readers=("sim",)
 )
 BASE_COMMAND = Topic(
     "base/command", m.BaseCommand, "base", 20, 0.1, control=True, depth=8,
     readers=("sim", "observer"),
 )
 ESTIMATE = Topic(
-    "observer/estimate", m.Estimate, "observer", 500, 0.05, control=True, log_rate=200,
+    "observer/estimate", m.Estimate, "observer", 500, 0.05, control=True, light_rate=20,
     readers=("arm", "base"),
 )
-BOARD = Topic("observer/board", m.BoardEstimate, "observer", 50, 0.5, readers=("arm",))
-OBJECT = Topic("observer/object", m.ObjectEstimate, "observer", 125, 0.5, readers=("arm",))
+BOARD = Topic(
+    "observer/board", m.BoardEstimate, "observer", 50, 0.5, light_rate=10, readers=("arm",)
+)
+OBJECT = Topic(
+    "observer/object", m.ObjectEstimate, "observer", 125, 0.5, light_rate=10, readers=("arm",)
+)
 ARM_STATUS = Topic("arm/status", m.ArmStatus, "arm", 50, 0.5, readers=("base",))
 BASE_STATUS = Topic("base/status", m.BaseStatus, "base", 20, 0.5)
-TRUTH = Topic("sim/truth", m.Truth, "sim", 200, 0.5)
+TRUTH = Topic("sim/truth", m.Truth, "sim", 200, 0.5, light_rate=25)
 SIM_TICK = Topic(
     "sim/tick", m.Tick, "sim", 1000, 1e9, depth=8, readers=("observer", "arm", "base")
 )
-HEALTH = {s: Topic(f"{s}/health", m.Health, s, 5, 1.5) for s in PROCESSES}
+REQUEST = {s: Topic(f"{s}/request", m.Request, s, 1, 1e9, depth=64) for s in SERVICES}
+HEALTH = {s: Topic(f"{s}/health", m.Health, s, 5, 1.5) for s in (*PROCESSES, CONSOLE)}
 TICK = {
     s: Topic(f"{s}/tick", m.Tick, s, 1000, 1e9, depth=8, readers=SERVICES)
     for s in SERVICES if s != "sim"
@@ -108,6 +116,7 @@ _ALL: tuple[Topic[Any], ...] = (
     BASE_STATUS,
     TRUTH,
     SIM_TICK,
+    *REQUEST.values(),
     *HEALTH.values(),
     *TICK.values(),
 )

@@ -21,6 +21,7 @@ Body = Literal[
     "link4",
     "link5",
     "link6",
+    "link7",
     "torso",
     "left_link1",
     "left_link2",

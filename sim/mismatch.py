@@ -36,7 +36,7 @@ def apply_mismatch(
     """
     return _apply(
         skeleton,
-        [f"link{index}" for index in range(1, 7)],
+        robot.arm.links,
         ["pen_holder"],
         Joints(robot.arm.joints, robot.arm.coulomb_friction, robot.arm.viscous_friction),
         robot.platform.lag,

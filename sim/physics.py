@@ -33,15 +33,14 @@ class Physics:
     Attributes:
         robot: the description (not the truth).
         drawn: how this run's robot differs from it.
+        bodies: what can be pushed.
         X_WS: true pose of the board, rotation (3, 3) and position (3,).
     """
-
-    bodies = ("platform", "link1", "link2", "link3", "link4", "link5", "link6")
-    """What can be pushed."""
 
     def __init__(self, name: str, world: World, rng: np.random.Generator) -> None:
         self.robot: Robot
         self.robot, self._skeleton = load_skeleton(name)
+        self.bodies = ("platform", *self.robot.arm.links)
         self.drawn: Drawn = apply_mismatch(self._skeleton, self.robot, world.mismatch, rng)
         self.R_WS = world.board.rotation()
         self.p_WS = self._stood = world.board.position()
@@ -76,7 +75,7 @@ class Physics:
         self._tip_radius = self.robot.pen.tip_radius
         self._read()
         self.acceleration = np.zeros(3)
-        self.applied = np.zeros(6)
+        self.applied = np.zeros(len(self.robot.arm.joints))
 
     def _sleepless(self) -> None:
         options = self._world.getDeactivationOptions()
@@ -120,12 +119,12 @@ class Physics:
 
     @property
     def q(self) -> Array:
-        """True joint positions, shape (6,) [rad]."""
+        """True joint positions, shape (n,) [rad]."""
         return self._positions[ARM]
 
     @property
     def qd(self) -> Array:
-        """True joint velocities, shape (6,) [rad/s]."""
+        """True joint velocities, shape (n,) [rad/s]."""
         return self._velocities[ARM]
 
     def drive_inertia(self) -> Array:
@@ -155,7 +154,7 @@ class Physics:
         return -transmitted[FORCE_MOMENT]
 
     def set_friction(self, coulomb: Array | None) -> None:
-        """Set the joints' Coulomb friction, shape (6,) [N m]; None for the robot's own."""
+        """Set the joints' Coulomb friction, shape (n,) [N m]; None for the robot's own."""
         values = self.drawn.coulomb if coulomb is None else coulomb
         for joint, value in zip(self.robot.arm.joints, values, strict=True):
             self._skeleton.getJoint(joint).setCoulombFriction(0, float(value))
@@ -173,7 +172,7 @@ class Physics:
         """Advance by 1 ms.
 
         Args:
-            torque: joint torques asked for, shape (6,) [N m]; the motors clamp them.
+            torque: joint torques asked for, shape (n,) [N m]; the motors clamp them.
             drive: force of the drive in B along x, y [N] and about the vertical [N m].
             effects: disturbances that act.
         """

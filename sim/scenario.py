@@ -286,6 +286,8 @@ class Scenario(Documented):
     """The timeline."""
     services: tuple[ServiceName, ...] = ("sim", "observer", "arm", "base")
     """Which of the robot's processes run; ``sim`` is always one of them."""
+    record: Literal["full", "light"] = "full"
+    """What the log keeps: every message, or the fast topics thinned to what people look at."""
     task: Task = Task()
     _path: Path = PrivateAttr(default=Path())
 

@@ -32,10 +32,8 @@ BRAKE = 300.0
 """Coulomb friction of an engaged brake [N m]."""
 ROLLING = (0.0, 0.0, 0.0)
 """Friction the drive of a moving platform does not make up for [N, N, N m]."""
-JOINTS = 6
 TRUTH_EVERY = 5
 """Ticks between truth messages."""
-NO_TORQUE = np.zeros(6)
 
 
 class Simulator:
@@ -79,6 +77,8 @@ class Simulator:
         for disturbance in scenario.disturbance:
             self.refuse(disturbance)
             self._timeline.append(disturbance)
+        self.joints = len(robot.arm.joints)
+        self._no_torque = np.zeros(self.joints)
         self._resolution = robot.arm.encoder_resolution
         self._count_rate = self._resolution / DT
         self._counts = self._encoders()
@@ -142,7 +142,7 @@ class Simulator:
         silent = arm is None or now - arm.t > BRAKE_AFTER
         if silent != self._braked:
             self._set_brakes(silent)
-        torque = NO_TORQUE if arm is None or silent else arm.tau
+        torque = self._no_torque if arm is None or silent else arm.tau
         # what the wheels see
         rolling = velocity - np.array([*effects.slip, 0.0]) if effects.slips else velocity
         drive = self._drive.force(now, base, _in_body(float(pose[2]), rolling.tolist()))

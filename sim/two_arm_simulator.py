@@ -20,7 +20,6 @@ from sim.two_arm_physics import TwoArmPhysics
 
 Array = NDArray[np.float64]
 
-JOINTS = 14
 TRUTH_EVERY = 2
 """Steps between truth messages."""
 HIDING = (
@@ -56,6 +55,7 @@ class TwoArmSimulator:
         robot = sensors.overlay(self.physics.robot)
         drawn = self.physics.drawn
         self.period = robot.period
+        self.joints = len(robot.arms.joints)
         self._drive = DifferentialDrive(
             robot,
             self.physics.drive_inertia(),
@@ -119,7 +119,7 @@ class TwoArmSimulator:
         silent = arm is None or now - arm.t > BRAKE_AFTER
         if silent != self._braked:
             self._set_brakes(silent)
-        torque = np.zeros(JOINTS) if arm is None or silent else arm.tau
+        torque = np.zeros(self.joints) if arm is None or silent else arm.tau
         # what the wheels see
         rolling = velocity - np.array([*effects.slip, 0.0]) if effects.slips else velocity
         c, s = math.cos(pose[2]), math.sin(pose[2])

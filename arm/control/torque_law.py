@@ -61,16 +61,16 @@ class TorqueLaw:
         self._coulomb_most = 1.5 * self._coulomb_nominal
         self.coulomb = self._coulomb_nominal.copy()
         self._tune(0.001)
-        self.reset(np.zeros(6))
+        self.reset(np.zeros(model.joints))
 
     def reset(self, qd: Array) -> None:
-        """Forget the past; the reference moves at ``qd``, shape (6,) [rad/s]."""
+        """Forget the past; the reference moves at ``qd``, shape (n,) [rad/s]."""
         self._inertia: Inertia | None = None
         self._inertia_age = 0
-        self._integral = np.zeros(6)
+        self._integral = np.zeros(len(qd))
         self._qd_ref = qd.copy()
-        self._acceleration = np.zeros(6)  # of the reference, filtered
-        self._velocity_error = np.zeros(6)  # filtered
+        self._acceleration = np.zeros(len(qd))  # of the reference, filtered
+        self._velocity_error = np.zeros(len(qd))  # filtered
         self.saturated = False
 
     def torque(
@@ -84,17 +84,17 @@ class TorqueLaw:
         kinematics: Kinematics,
         contact: Array | None,
     ) -> Array:
-        """Torques for this tick, within the limits, shape (6,) [N m].
+        """Torques for this tick, within the limits, shape (n,) [N m].
 
         The model must have been placed at (base, q_ref, qd_ref) by the caller, which has
         ``kinematics`` from it.
 
         Args:
             dt: since the last call [s].
-            q: measured joint positions, shape (6,) [rad].
-            qd: measured joint velocities, shape (6,) [rad/s].
-            q_ref: reference positions, shape (6,) [rad].
-            qd_ref: reference velocities, shape (6,) [rad/s].
+            q: measured joint positions, shape (n,) [rad].
+            qd: measured joint velocities, shape (n,) [rad/s].
+            q_ref: reference positions, shape (n,) [rad].
+            qd_ref: reference velocities, shape (n,) [rad/s].
             base: motion of the platform.
             kinematics: of the tip at the reference.
             contact: force of the tool on the world in O, shape (3,) [N]; None if it touches
@@ -138,8 +138,8 @@ class TorqueLaw:
 
         Args:
             dt: since the last call [s].
-            step: that feedback, shape (6,) [N m]; overwritten.
-            direction: in which the joints move, between -1 and 1, shape (6,).
+            step: that feedback, shape (n,) [N m]; overwritten.
+            direction: in which the joints move, between -1 and 1, shape (n,).
         """
         step *= direction
         step *= np.abs(direction) > 0.9  # only while moving

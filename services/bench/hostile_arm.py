@@ -34,7 +34,7 @@ class Counting(Bus):
 
     def _accept(self, reader: _Reader, payload: bytes, now: float | None) -> Message | None:
         message = super()._accept(reader, payload, now)
-        if message is not None and reader.seq >= HOSTILE:
+        if message is not None and reader.admission.seq >= HOSTILE:
             self.hostile += 1
         return message
 

@@ -17,6 +17,7 @@ from rich.table import Table
 from services.cli import bench_approach as cli_bench_approach
 from services.cli import bench_arm as cli_bench_arm
 from services.cli import bench_base as cli_bench_base
+from services.cli import bench_console as cli_bench_console
 from services.cli import bench_faults as cli_bench_faults
 from services.cli import bench_hostile as cli_bench_hostile
 from services.cli import bench_observer as cli_bench_observer
@@ -42,6 +43,7 @@ bench.command(name="base")(cli_bench_base.base)
 bench.command(name="hostile")(cli_bench_hostile.hostile)
 bench.command(name="approach")(cli_bench_approach.approach)
 bench.command(name="faults")(cli_bench_faults.faults)
+bench.command(name="console")(cli_bench_console.console_)
 
 
 @bench.command()

@@ -18,7 +18,8 @@ if TYPE_CHECKING:
     from services.wire.endpoints import Endpoints
 
 console = Console()
-errors = Console(stderr=True)
+errors = Console(stderr=True, soft_wrap=True)
+"""Keeps its lines whole: whoever pipes or greps them wants them so."""
 
 Robot = Annotated[str, typer.Option(help="Name of the robot on the network.")]
 RunDir = Annotated[
@@ -125,4 +126,6 @@ def request(
         raise typer.Exit(0 if reply.accepted else 1)
     if not reply.accepted:
         fail(f"{service} refused: {reply.reason}")
-    console.print(f"[green]accepted[/] {_escape(reply.reason)}".rstrip(), highlight=False)
+    console.print(
+        f"[green]accepted[/] {_escape(reply.reason)}".rstrip(), highlight=False, soft_wrap=True
+    )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
+from contextlib import ExitStack
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -63,13 +64,20 @@ def up(
         Path | None, typer.Option(help="This host's certificates, from steadyhand keys.")
     ] = None,
     hang: Annotated[float, typer.Option(help="No progress for this long is a hang [s].")] = 1.0,
+    no_console: Annotated[bool, typer.Option("--no-console", help="Without the page.")] = False,
+    port: Annotated[
+        int, typer.Option(min=0, max=65535, help="Of the page; 0 for any that is free.")
+    ] = 8080,
     factory: Annotated[str, typer.Option(hidden=True)] = "",
     json: Json = False,
 ) -> None:
     """Launch all services and look after them until Ctrl-C."""
+    from rich.live import Live
+
     from deploy.host_file import load_hosts
     from deploy.tomlfile import BadFile
     from observer.observer import KINDS
+    from services.cli.waiting import Waiting
     from services.live.process import FACTORY
     from services.live.supervisor import Plan, Spread, Supervisor
     from services.lockstep import TICK
@@ -118,9 +126,11 @@ def up(
         log=folder / "run.mcap",
         services=here,
         spread=spread,
+        console=None if no_console or factory else port,
         start_program=loaded is not None and not paced and loaded.task.autostart and "arm" in here,
     )
     events: list[Event] = []
+    waiting = Waiting(plan)
 
     def report(event: Event) -> None:
         events.append(event)
@@ -131,11 +141,18 @@ def up(
                 highlight=False,
                 soft_wrap=True,
             )
+            if asked := waiting.hear(event):
+                console.print(f"{'':20}[yellow]{asked}[/]", highlight=False, soft_wrap=True)
 
     if not json:
         console.print(f"[bold]{scenario}[/], logs in {plan.run_dir}", highlight=False)
     supervisor = Supervisor(plan, report)
-    success = supervisor.run()
+    with ExitStack() as shown:
+        if not json and console.is_terminal:
+            shown.enter_context(
+                Live(waiting, console=console, refresh_per_second=1, transient=True)
+            )
+        success = supervisor.run()
     result = report_of(plan, folder, events, json) if RECORDER in here else None
     if json:
         health = {name: asdict(newest) for name, newest in supervisor.health.items()}
@@ -154,18 +171,20 @@ def up(
 
 def report_of(plan: Plan, folder: Path, events: list[Event], quiet: bool) -> dict[str, Any] | None:
     """Judge what the recorder wrote; None if it wrote nothing that can be judged."""
+    from services.cli.progress import busy
     from services.cli.run import show
     from services.logs.runlog import BadLog
     from services.reports.live import write_live_report
 
     try:
-        result = write_live_report(plan, folder, events[-1].at)
+        with busy("judging the run and drawing the pictures", quiet=quiet):
+            result = write_live_report(plan, folder, events[-1].at)
     except BadLog as error:
         errors.print(f"no report: {escape(str(error))}")
         return None
     if not quiet:
         show(result)
-        console.print(f"log and pictures in {folder}", highlight=False)
+        console.print(f"log and pictures in {folder}", highlight=False, soft_wrap=True)
     return result
 
 

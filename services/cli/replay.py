@@ -14,6 +14,9 @@ from rich.markup import escape
 from rich.table import Table
 
 from services.cli.common import Json, console, fail, writing
+from services.cli.progress import busy
+from services.cli.replay_again import again, lines_of, show_again
+from services.cli.replay_again import data_of as again_data
 
 if TYPE_CHECKING:
     from observer.logs.facts import Diagnosis
@@ -37,9 +40,23 @@ def replay(
         bool, typer.Option("--as-is", help="Correct nothing, whatever the diagnosis.")
     ] = False,
     pictures: Annotated[bool, typer.Option(help="Draw the pictures.")] = True,
+    arm: Annotated[
+        bool, typer.Option("--arm", help="The arm instead: does it decide as it did in the run?")
+    ] = False,
+    base: Annotated[
+        bool, typer.Option("--base", help="The platform's behaviours instead.")
+    ] = False,
     json: Json = False,
 ) -> None:
-    """Run the observer over a recorded log: what is wrong with it, and how good the estimate is."""
+    """Run the observer over a recorded log: what is wrong with it, and how good the estimate is.
+
+    Of a run of ours it also says whether the observer says to the last bit what it said then;
+    with --arm or --base the same of those, over what they heard.
+    """
+    if arm or base:
+        with busy("running it again", quiet=json):
+            done_again = again(log, "arm" if arm else "base")
+        show_again(done_again, json)
     from observer.logs.part import cut
     from observer.logs.run import span
     from services.replays.run import KINDS, PICTURES, data_of, replay_recording
@@ -61,20 +78,28 @@ def replay(
         for name in PICTURES:  # of an earlier replay; the folder may hold more than ours
             (folder / f"{name}.png").unlink(missing_ok=True)
     try:
-        done = replay_recording(recording, observer, as_is)
+        with busy(f"replaying {log.name}", quiet=json):
+            done = replay_recording(recording, observer, as_is)
     except ValueError as error:
         fail(str(error))
     data = data_of(done)
+    with busy("replaying it as it was", quiet=json):
+        same = again(log, "observer") if log.suffix != ".toml" and seconds is None else None
+    if same is not None:
+        data["again"] = again_data(same)
     with writing():
         (folder / "report.json").write_text(jsonlib.dumps(data, indent=2) + "\n")
         if pictures:
             from services.replays.pictures import write_pictures
 
-            write_pictures(done, folder)
+            with busy("drawing the pictures", quiet=json):
+                write_pictures(done, folder)
     if json:
         typer.echo(jsonlib.dumps(data))
     else:
         _show(done, data)
+        for line in lines_of(same) if same is not None else []:
+            console.print(line, highlight=False, soft_wrap=True)
         what = "report.json and pictures" if pictures else "report.json"
         console.print(f"{what} in {folder}", highlight=False)
 
@@ -94,7 +119,8 @@ def tune(
         fail(f"cannot write to {out}: there is no folder {out.parent}", 2)
     recording = _opened(log)
     try:
-        report = tune_recording(recording, seconds)
+        with busy(f"tuning on {log.name}", quiet=json):
+            report = tune_recording(recording, seconds)
     except ValueError as error:
         fail(str(error))
     text = fragment(report)

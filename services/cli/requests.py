@@ -20,56 +20,6 @@ for command in cli_base_program.COMMANDS:
     base.command()(command)
 
 
-def disturb(
-    kind: Annotated[str, typer.Argument(help="push, slip, bump, dropout, delay, noise, bias, ...")],
-    options: Annotated[
-        list[str] | None, typer.Argument(help="A sensor, or key=value as in a scenario.")
-    ] = None,
-    force: Annotated[float | None, typer.Option(help="Of a push [N].")] = None,
-    direction: Annotated[
-        float | None,
-        typer.Option("--dir", help="Towards, in the ground frame [deg]; 0 is towards the board."),
-    ] = None,
-    duration: Annotated[float | None, typer.Option("--for", help="How long [s].")] = None,
-    on: Annotated[str | None, typer.Option(help="What is pushed: platform, link1 ...")] = None,
-    distance: Annotated[float | None, typer.Option(help="Of a slip [m].")] = None,
-    ms: Annotated[float | None, typer.Option(help="Extra delay of a sensor [ms].")] = None,
-    factor: Annotated[float | None, typer.Option(help="Noise, times the normal.")] = None,
-    value: Annotated[float | None, typer.Option(help="Bias [rad/s or m/s^2].")] = None,
-    robot: Robot = "r1",
-    run_dir: RunDir = None,
-    json: Json = False,
-) -> None:
-    """Disturb the running simulation.
-
-    disturb push --force 80 --dir 90 --for 0.2 --on platform; disturb dropout odometry --for 1;
-    disturb delay imu --ms 20; disturb slip distance=0.1. The simulation judges the values.
-    """
-    args: dict[str, Any] = {"kind": kind}
-    for option in options or []:
-        name, equals, text = option.partition("=")
-        args |= {name: _value(text)} if equals else {"sensor": option}
-    named = {
-        "force": force,
-        "direction": direction,
-        "duration": duration,
-        "on": on,
-        "distance": distance,
-        "extra": None if ms is None else ms / 1000,
-        "factor": factor,
-        "value": value,
-    }
-    args |= {name: given for name, given in named.items() if given is not None}
-    request("sim", "disturb", args, robot, run_dir, json)
-
-
-def _value(text: str) -> float | str:
-    try:
-        return float(text)
-    except ValueError:
-        return text
-
-
 @arm.command()
 def reset(robot: Robot = "r1", run_dir: RunDir = None, json: Json = False) -> None:
     """Reset the arm after a protective stop. Look at it first."""

@@ -11,40 +11,8 @@ from rich.markup import escape
 from rich.table import Table
 
 from services.cli.common import Json, console, fail
-
-PEN_LABELS = {
-    "line_rms_mm": "contour error, rms [mm]",
-    "line_max_mm": "contour error, largest [mm]",
-    "tracked_rms_mm": "tracked error, rms [mm]",
-    "circle_axis_ratio": "circle, ratio of axes",
-    "contact_fraction": "pen on the board while drawing",
-    "force_rms_error_n": "force error over 20 ms, rms [N]",
-    "torque_step_fraction": "torque step at node changes / ordinary 99 % ripple",
-}
-PLATFORM_LABELS = {
-    "platform_way_m": "way driven [m]",
-    "platform_time_s": "time until the platform's task was over [s]",
-    "platform_clearance_mm": "smallest clearance to an obstacle [mm]",
-    "platform_goal_mm": "true distance to the goal at the end [mm]",
-    "platform_goal_deg": "true heading off the goal's at the end [deg]",
-    "platform_speed": "largest speed commanded, vx or vy [m/s]",
-    "platform_acceleration": "largest acceleration commanded [m/s²]",
-    "platform_jerk": "largest jerk commanded [m/s³]",
-    "platform_stops": "stops on the way",
-    "platform_blocked_s": "blocked or stopped [s]",
-}
-GRASP_LABELS = {
-    "box_height_mm": "box above where it stood, at the end [mm]",
-    "box_tilt_deg": "largest tilt of the box off the table [deg]",
-    "palm_force_peak_n": "largest force on a palm [N]",
-}
-LABELS = {
-    "estimate_rms_mm": "estimate error, rms [mm]",
-    "estimate_rms_deg": "estimate error, rms [deg]",
-    "estimate_max_step_mm_per_ms": "largest estimate step beyond true motion [mm/ms]",
-    "realtime_factor": "times real time",
-    "simulated_s": "simulated [s]",
-}
+from services.cli.progress import busy, progress
+from services.reports.labels import GRASP_LABELS, LABELS, PEN_LABELS, PLATFORM_LABELS
 
 
 def run(
@@ -70,20 +38,24 @@ def run(
         loaded = load_scenario(scenario)
         folder = out or Path("runs") / f"{loaded.name}-{observer}-{seed}"
         fresh_folder(folder)
-        done = run_lockstep(loaded, seed, observer, duration)
-        write(done, folder)
+        most = loaded.duration if duration is None else duration
+        with progress(loaded.name, most, "s at most", quiet=json) as tell:
+            done = run_lockstep(loaded, seed, observer, duration, progress=tell)
+        with busy("writing the log", quiet=json):
+            write(done, folder)
     except (BadFile, ProgramError, ValueError) as error:
         fail(str(error), 2)
     except OSError as error:
         fail(f"cannot write to {error.filename}: {error.strerror}", 2)
     title = f"{loaded.name}, observer {observer}, seed {seed}"
-    write_report(done.log, done.result, folder, title, pictures, loaded)
+    with busy("drawing the pictures", quiet=json or not pictures):
+        write_report(done.log, done.result, folder, title, pictures, loaded)
     if json:
         typer.echo(jsonlib.dumps(done.result))
     else:
         show(done.result)
         what = "log and pictures" if pictures else "log"
-        console.print(f"{what} in {folder}", highlight=False)
+        console.print(f"{what} in {folder}", highlight=False, soft_wrap=True)
     if not done.result["outcome"].startswith("finished") or done.result.get("lifted") is False:
         raise typer.Exit(1)
 

@@ -18,11 +18,12 @@ import typer
 from rich.table import Table
 
 from services.cli.common import Json, console, show_json
+from services.cli.progress import busy
 
 Status = Literal["ok", "warn", "fail"]
 PACKAGES = (
     "eclipse-zenoh", "numpy", "filterpy", "dartpy", "msgpack", "lark", "typer", "rich",
-    "pydantic", "matplotlib", "mcap", "circus", "cryptography",
+    "pydantic", "matplotlib", "mcap", "circus", "cryptography", "viser",
 )  # fmt: skip
 
 
@@ -38,7 +39,8 @@ class Check:
 
 def doctor(json: Json = False) -> None:
     """What this machine can and cannot do. Exit code 1 if steadyhand cannot run here."""
-    checks = [examine(function) for function in CHECKS]
+    with busy("looking", quiet=json):
+        checks = [examine(function) for function in CHECKS]
     failed = any(check.status == "fail" for check in checks)
     if json:
         show_json({"ok": not failed, "checks": [asdict(check) for check in checks]})

@@ -20,7 +20,7 @@ from services.lockstep import TICK
 from services.messages import Message, Tick
 from services.requests import Requests
 from services.service import Inbox, Service
-from services.topics import SIM_TICK, Topic
+from services.topics import REQUEST, SIM_TICK, Topic
 from services.topics import TICK as TICK_TOPIC
 from services.wire.bus import Bus
 
@@ -99,9 +99,10 @@ class _Paced:
             heard = self._heard[topic.name]
             while heard and heard[0][0] <= wanted.get(topic.name, -1):
                 self.inbox.offer(topic, heard.popleft()[1])
-        if self.requests is not None:
-            self.requests.run_pending()
         self.now = number * TICK
+        if self.requests is not None:
+            for done in self.requests.run_pending(self.now):
+                self.bus.publish(REQUEST[self.service.name], done)
         for topic, message in self.service.step(self.now, self.inbox):
             self.sent[topic.name] = self.bus.publish(topic, message)
         self.statistics.tick(time.monotonic(), 0.0)

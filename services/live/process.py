@@ -146,7 +146,7 @@ def _record(options: argparse.Namespace, stop: threading.Event) -> None:
         signal.signal(number, lambda *_: stop.set())  # no last resort: it writes to the end
     recorder = Recorder(
         free_name(options.log or options.run_dir / "run.mcap"),
-        provenance(load_scenario(options.scenario), options.seed, options.observer),
+        provenance(load_scenario(options.scenario), options.seed, options.observer, options.mode),
     )
     endpoints = _endpoints(options)
     with open_bus(endpoints, options.robot, RECORDER, recorder.inputs, lossless=True) as bus:
@@ -155,7 +155,7 @@ def _record(options: argparse.Namespace, stop: threading.Event) -> None:
             rest = Inbox(recorder.inputs)
             bus.drain(rest, None)
             recorder.step(0.0, rest)
-            recorder.close()
+            recorder.close(bus.lost, bus.refused)
         except BaseException:
             _fail()
         _end(stop)

@@ -14,7 +14,7 @@ from services.live.loop import HEARTBEAT, Driven, FixedRate, LoopStatistics, hea
 from services.messages import Clock, Message
 from services.requests import Requests
 from services.service import Inbox, Service
-from services.topics import CLOCK, HEALTH, Topic
+from services.topics import CLOCK, HEALTH, REQUEST, Topic
 from services.wire.bus import Bus
 
 ROBOT = "sim"
@@ -140,7 +140,8 @@ def run_live(
     while not stop.is_set():
         pace.wait()
         if requests is not None:
-            requests.run_pending()
+            for done in requests.run_pending(clock.now() or 0.0):
+                bus.publish(REQUEST[service.name], done)
         _hear(clock, bus.drain(inbox, clock.now()))
         now = clock.now()
         if now is None:

@@ -23,9 +23,9 @@ from services.live.process import FACTORY
 from services.live.service_states import service_states
 from services.messages import BASE_ENDED, PROGRAM_ENDED, Health
 from services.requests import NoAnswer, ask
-from services.topics import HEALTH, PROCESSES, RECORDER
+from services.topics import CONSOLE, HEALTH, PROCESSES, RECORDER
 from services.wire.bus import open_bus
-from services.wire.endpoints import local, make_run_dir
+from services.wire.endpoints import local, make_run_dir, scenario_file
 
 POLL = 0.05  # [s]
 
@@ -82,6 +82,8 @@ class Plan:
         log: file the recorder writes; None for its default.
         services: that are started here, in starting order.
         spread: services on several hosts, this one among them; None if all run here.
+        console: port of the page; None for no page. Nothing waits for it, and without it the run
+            goes on.
     """
 
     run_dir: Path
@@ -101,6 +103,7 @@ class Plan:
     log: Path | None = None
     services: tuple[str, ...] = PROCESSES
     spread: Spread | None = None
+    console: int | None = None
     factory: str = FACTORY
     epoch: float = field(default_factory=time.monotonic)
 
@@ -111,6 +114,7 @@ def backoff(failures: int) -> float:
 
 
 HEALTHY = 10.0  # [s] without failure forgives the earlier ones
+SILENT_START = 3.0  # [s] in which a program may be refused before anybody is told
 STARTS = 3  # failures in a row before a service that never was ready is given up
 
 
@@ -139,7 +143,8 @@ class Supervisor:
         self.plan = plan
         self.health: dict[str, Health] = {}
         self._report = report
-        self._watched = {name: _Watched(service_states(name)) for name in plan.services}
+        beside = () if plan.console is None else (CONSOLE,)
+        self._watched = {name: _Watched(service_states(name)) for name in (*plan.services, *beside)}
         self._stop = asyncio.Event()
         self._success = True
 
@@ -152,6 +157,7 @@ class Supervisor:
         """
         run_dir = make_run_dir(self.plan.run_dir)
         with _lock(run_dir):
+            scenario_file(run_dir).write_text(str(self.plan.scenario), encoding="utf-8")
             return asyncio.run(self._main(run_dir))
 
     async def _main(self, run_dir: Path) -> bool:
@@ -167,6 +173,8 @@ class Supervisor:
                 self._bus = bus
                 for name in self.plan.services:
                     await self._bring_up(name)
+                if self.plan.console is not None:
+                    await self._start(CONSOLE, restarted=False)
                 if self.plan.start_program and not self._stop.is_set():
                     await self._start_program()
                 notify("READY=1")
@@ -192,8 +200,12 @@ class Supervisor:
     async def _start_program(self) -> None:
         """Ask the arm; try again while what it needs is on its way."""
         reason, deadline = "", time.monotonic() + self.plan.start
+        tell_at = time.monotonic() + SILENT_START
         while time.monotonic() < deadline and not self._stop.is_set():
             await self._watch()
+            if time.monotonic() > tell_at:
+                tell_at = deadline
+                self._tell("arm", "waiting", f"to start its program: {reason}")
             try:
                 reply = await asyncio.to_thread(
                     ask, self._bus.session, self.plan.robot, "arm", "start", {}
@@ -215,6 +227,17 @@ class Supervisor:
         lines = log.read_text(errors="replace").splitlines()[-15:] if log.exists() else []
         return "\n".join([f"{name} did not come up; the end of {log}:", *lines])
 
+    def _page(self) -> list[str]:
+        """What the console is started with."""
+        plan = self.plan
+        args = ["-m", "services.console.live", "--robot", plan.robot, "--port", str(plan.console)]
+        return [*args, "--run-dir", str(plan.run_dir), "--parent", str(os.getpid())]
+
+    def _last_words(self, name: str) -> str:
+        log = self._pool.log_file(name)
+        lines = log.read_text(errors="replace").splitlines() if log.exists() else []
+        return lines[-1] if lines else f"it said nothing; log: {log}"
+
     async def _start(self, name: str, restarted: bool) -> None:
         watched, plan = self._watched[name], self.plan
         now = time.monotonic()
@@ -234,7 +257,7 @@ class Supervisor:
         args += ["--log", str(plan.log)] if plan.log is not None else []
         args += ["--ticks", str(plan.ticks)] if plan.ticks is not None else []
         args += ["--restarted"] if restarted else []
-        watched.pid = await self._pool.start(name, args)
+        watched.pid = await self._pool.start(name, self._page() if name == CONSOLE else args)
         self._tell(name, "started", f"process {watched.pid}")
 
     async def _watch(self) -> None:
@@ -264,7 +287,8 @@ class Supervisor:
                 watched.failures = 0
 
     def _patience(self, name: str) -> float:
-        return max(self.plan.recorder_hang, self.plan.hang) if name == RECORDER else self.plan.hang
+        beside = name in (RECORDER, CONSOLE)
+        return max(self.plan.recorder_hang, self.plan.hang) if beside else self.plan.hang
 
     def _listen(self, now: float) -> None:
         for name, watched in self._watched.items():
@@ -279,7 +303,8 @@ class Supervisor:
                     took = now - (watched.lost if watched.was_ready else watched.started)
                     kind = "restarted" if watched.was_ready else "ready"
                     watched.was_ready = True
-                    self._tell(name, kind, f"in {took:.2f} s")
+                    where = f", {health.detail.split(',')[0]}" if name == CONSOLE else ""
+                    self._tell(name, kind, f"in {took:.2f} s{where}")
                 watched.states.fire("Heard")
 
     def _state_of(self, name: str, health: Health) -> None:
@@ -295,7 +320,12 @@ class Supervisor:
     async def _died(self, name: str, code: int, now: float) -> None:
         watched = self._watched[name]
         watched.pid = 0
-        if self.plan.mode == "paced":  # what is lost cannot be regained bit for bit
+        if name == CONSOLE and not watched.was_ready:
+            watched.states.fire("Ended")
+            self._tell(name, "given up", self._last_words(name))
+            return
+        # what is lost of a paced run cannot be regained bit for bit
+        if name != CONSOLE and self.plan.mode == "paced":
             finished = code == 0 and self.plan.ticks is not None
             self._success &= finished
             lost_at_start = not finished and not watched.ready
@@ -303,7 +333,9 @@ class Supervisor:
             self._tell(name, "ended" if finished else "died", _meaning(code))
             if lost_at_start:
                 raise StartFailed(self._why(name))
-            if not finished or not any(w.pid for n, w in self._watched.items() if n != RECORDER):
+            if not finished or not any(
+                w.pid for n, w in self._watched.items() if n not in (RECORDER, CONSOLE)
+            ):
                 self._stop.set()
             return
         if watched.ready:

@@ -16,21 +16,28 @@ from rich.text import Text
 
 from services.cli.common import Json, Robot, RunDir, console, fail, running, show_json
 from services.messages import ArmStatus, BaseStatus, Estimate, Health, Message
-from services.topics import ARM_STATUS, BASE_STATUS, ESTIMATE, HEALTH, TOPICS, Topic
+from services.topics import ARM_STATUS, BASE_STATUS, ESTIMATE, HEALTH, PROCESSES, TOPICS, Topic
 
 VIEWS: dict[str, tuple[Topic, ...]] = {
     "estimate": (ESTIMATE,),
-    "loops": tuple(HEALTH.values()),
+    "loops": tuple(HEALTH[name] for name in PROCESSES),
     "arm": (ARM_STATUS,),
     "base": (BASE_STATUS,),
 }
-WAIT = 3.0  # [s] for a first message
+WAIT = 10.0  # [s] for a first message
+SILENT = 1.5  # [s] behind the others; a heartbeat comes five times a second
 
 Heard = dict[str, Message]
 
 
 def watch(
-    what: Annotated[str, typer.Argument(help="estimate, loops, arm or base.")] = "loops",
+    what: Annotated[
+        str,
+        typer.Argument(
+            help="estimate, loops, arm or base.",
+            autocompletion=lambda incomplete: [v for v in VIEWS if v.startswith(incomplete)],
+        ),
+    ] = "loops",
     once: Annotated[bool, typer.Option("--once", help="One look, then end.")] = False,
     rate: Annotated[float, typer.Option(help="Looks per second.")] = 8.0,
     robot: Robot = "r1",
@@ -55,6 +62,8 @@ def watch(
 
         deadline = time.monotonic() + WAIT
         while len(look()) < len(topics) and time.monotonic() < deadline:
+            if heard:  # the others are there by now, or they are not
+                deadline = min(deadline, time.monotonic() + SILENT)
             time.sleep(0.02)
         if not heard:
             fail(f"nobody speaks on {', '.join(t.name for t in topics)}. Is it up? steadyhand up")
@@ -76,7 +85,9 @@ def _live(look: Callable[[], Heard], period: float) -> None:
                 if t > newest:
                     newest, since = t, time.monotonic()
                 silence = time.monotonic() - since
-                note = Text(f"silent for {silence:.1f} s", "bold red") if silence > 1.5 else Text()
+                note = (
+                    Text(f"silent for {silence:.1f} s", "bold red") if silence > SILENT else Text()
+                )
                 live.update(Group(render(heard), note), refresh=True)
                 time.sleep(period)
     except KeyboardInterrupt:
@@ -88,7 +99,7 @@ def render(heard: Heard) -> RenderableType:
     first = next(iter(heard.values()))
     if isinstance(first, Health):
         return _loops(heard)
-    rows = {Estimate: _estimate, ArmStatus: _fields, BaseStatus: _base}[type(first)](first)
+    rows = {Estimate: _estimate, ArmStatus: _arm, BaseStatus: _base}[type(first)](first)
     table = Table(title=f"{next(iter(heard))} at {first.t:.3f} s", show_header=False)
     for name, value in rows:
         bad = "bold red" if value.startswith("NO") else ""
@@ -102,13 +113,15 @@ def _loops(heard: Heard) -> Table:
     table.add_column("")
     for column in ("Hz", "std", "max", "late 50%", "99%", "max", "missed", "ticks"):
         table.add_column(column, justify="right")
+    newest = max(health.t for health in heard.values())
     for name in sorted(heard, key=lambda name: list(TOPICS).index(name)):
         health = heard[name]
         assert isinstance(health, Health)
         period, late = health.period, health.lateness
         mean = period.get("mean", 0.0)
+        silent = newest - health.t > SILENT
         table.add_row(
-            Text(health.service, "bold"),
+            Text(health.service + (" silent" if silent else ""), "bold red" if silent else "bold"),
             f"{1 / mean:.0f}" if mean else "-",
             *(_ms(period.get(key)) for key in ("std", "max")),
             *(_ms(late.get(key)) for key in ("p50", "p99", "max")),
@@ -136,6 +149,7 @@ def _estimate(e: Any) -> list[tuple[str, str]]:
     sigma = np.sqrt(np.maximum(np.diag(e.covariance), 0.0))
     return [
         ("usable", f"yes {e.reason}".rstrip() if e.valid else f"NO: {e.reason}"),
+        ("the platform is taken to be", e.mode),
         ("x, y [mm], heading [deg]", _triple(e.pose, sigma[:3])),
         ("velocity [mm/s, deg/s]", _triple(e.velocity, sigma[3:])),
         ("acceleration [m/s², rad/s²]", _vector(e.acceleration)),
@@ -152,21 +166,40 @@ def _estimate(e: Any) -> list[tuple[str, str]]:
 
 
 def _base(b: Any) -> list[tuple[str, str]]:
-    votes = [(f"vote of {name}", _vector(vote)) for name, vote in b.votes.items()]
-    return [("state", b.state), ("reason", b.reason), *votes, ("chosen", _vector(b.chosen))]
+    votes = [(f"{name} wants", _vote(vote)) for name, vote in b.votes.items()]
+    return [("state", b.state), ("reason", b.reason), *votes, ("chosen", _velocity(b.chosen))]
 
 
-def _fields(message: Any) -> list[tuple[str, str]]:
-    out = []
-    for f in dataclasses.fields(message):
-        value = getattr(message, f.name)
-        text = f"{value:.4f}" if isinstance(value, float) else str(value)
-        out.append((f.name.replace("_", " "), _vector(value) if hasattr(value, "shape") else text))
-    return out[1:]
+def _vote(vote: Any) -> str:
+    *velocity, weight = vote
+    return f"{_velocity(velocity)}, weight {weight:.2f}" if weight > 0 else "nothing; it limits"
 
 
-def _vector(values: Any) -> str:
-    return "  ".join(f"{value:+.4f}" for value in np.asarray(values))
+def _velocity(velocity: Any) -> str:
+    vx, vy, turn = velocity
+    return f"{vx:+.3f} ahead  {vy:+.3f} left m/s  {np.degrees(turn):+.2f} deg/s"
+
+
+def _arm(a: Any) -> list[tuple[str, str]]:
+    stopped = a.state in ("safe_hold", "protective_stop")
+    goal = f"{_vector(a.goal)} (number {a.goal_number})" if a.goal_number else "none"
+    return [
+        ("state", f"NO: {a.state}" if stopped else a.state),
+        ("reason", a.reason),
+        ("program, node", f"{a.program} {a.node}".strip() or "none"),
+        ("newest event, changes of node", f"{a.event or 'none'}, {a.transitions}"),
+        ("stroke", str(a.stroke) if a.stroke else "does not draw"),
+        ("force, wanted [N]", f"{a.force:+.3f}, {a.force_reference:.3f}"),
+        ("pen meant at, in the board [mm]", _vector(1e3 * np.asarray(a.reference), 1)),
+        ("left of the reach [mm]", f"{1e3 * a.reach_margin:.0f}"),
+        ("left of the nearest joint [deg]", f"{np.degrees(a.joint_margin):.1f}"),
+        ("left of the fastest joint's speed", f"{100 * a.speed_margin:.0f} %"),
+        ("asks the platform to be at", goal),
+    ]
+
+
+def _vector(values: Any, digits: int = 4) -> str:
+    return "  ".join(f"{value:+.{digits}f}" for value in np.asarray(values))
 
 
 def _triple(values: Any, sigma: Any) -> str:

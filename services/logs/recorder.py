@@ -8,13 +8,16 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from services.logs.runlog import LogWriter
+from services.logs.writer import ENDED, LogWriter
 from services.messages import Message
 from services.service import Inbox, Outbox, Reply
 from services.topics import RECORDER, TOPICS, Topic
 
 DEPTH = 20_000
 """Messages of a topic that may wait between two steps: some seconds of the fastest."""
+FLUSH = 10
+"""Steps between two writes to the file: a recorder that is killed loses half a second, and what
+waited for two steps."""
 
 
 class Recorder:
@@ -22,7 +25,7 @@ class Recorder:
 
     Args:
         path: of the log.
-        metadata: where the log comes from.
+        metadata: where the log comes from; ``record`` in it says whether it is full or light.
     """
 
     name = RECORDER
@@ -31,7 +34,8 @@ class Recorder:
 
     def __init__(self, path: Path, metadata: Mapping[str, str]) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
-        self._writer = LogWriter(path, metadata)
+        self._writer = LogWriter(path, metadata, metadata.get("record", "full"))
+        self._steps = 0
         self._count = 0
         self._time = 0.0
         self._waiting: list[tuple[float, Topic, Message]] = []
@@ -39,7 +43,7 @@ class Recorder:
         self.inputs: tuple[Topic, ...] = tuple(
             replace(topic, depth=DEPTH)
             for topic in TOPICS.values()
-            if not topic.name.endswith("/tick") and topic.owner != RECORDER
+            if not topic.name.endswith("/tick")
         )
 
     def step(self, now: float, inbox: Inbox) -> Outbox:
@@ -56,6 +60,9 @@ class Recorder:
         complete = bisect_right(self._waiting, self._until, key=lambda item: item[0])
         self._write(complete)
         self._until = max((at for at, _, _ in heard), default=self._until)
+        self._steps += 1
+        if self._steps % FLUSH == 0:
+            self._writer.flush()
         return []
 
     def _write(self, count: int) -> None:
@@ -73,9 +80,23 @@ class Recorder:
         """Recording, and how much so far."""
         return "recording", f"{self._count} messages heard, log {self._writer.path}"
 
-    def close(self) -> None:
-        """Write what is left and finish the file."""
+    def close(self, lost: Mapping[str, int], refused: Mapping[str, int]) -> None:
+        """Write what is left, what did not come, and finish the file.
+
+        Args:
+            lost: messages that were sent and not heard, by topic.
+            refused: messages that could not be read, by topic and reason.
+        """
         self._write(len(self._waiting))
+        counts = {
+            "heard": self._count,
+            "lost": sum(lost.values()),
+            "refused": sum(refused.values()),
+        }
+        words = {name: str(count) for name, count in counts.items()}
+        words |= {f"lost {name}": str(n) for name, n in lost.items()}
+        words |= {f"refused {name}": str(n) for name, n in refused.items()}
+        self._writer.note(ENDED, words)
         self._writer.close()
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from deploy.robot import load_robot
 from observer.logs.recording import Recording, Samples
 from services.lockstep import TICK
-from services.logs.runlog import BadLog, RunLog, read_log
+from services.logs.runlog import BadLog, RunLog, read_run
 from services.messages import Array, Message
 from services.topics import BASE_COMMAND, IMU, ODOMETRY, TRUTH, Topic
 from sim.scenario import Scenario
@@ -27,21 +27,15 @@ def open_recording(path: Path) -> Recording:
         BadLog: no such file, no log of ours, or one without odometry.
         BadFile: a plain form with wrong entries.
     """
-    if path.is_dir():
-        inside = sorted(path.glob("*.mcap"))
-        if not inside:
-            raise BadLog(f"{path}: a folder without a log (no *.mcap in it)")
-        if len(inside) > 1:
-            names = ", ".join(p.name for p in inside)
-            raise BadLog(f"{path}: has several logs, name one of them: {names}")
-        path = inside[0]
     if path.suffix == ".toml":
         from observer.logs.load import load_recording
 
         return load_recording(path)
-    if path.suffix != ".mcap":
+    if path.suffix != ".mcap" and not path.is_dir():
         raise BadLog(f"{path}: neither a log (.mcap), a run's folder, nor a recording (.toml)")
-    log, about = read_log(path)
+    log, about, _ = read_run(path, (ODOMETRY, IMU, BASE_COMMAND, TRUTH))
+    if path.is_dir():
+        return recording_of(log, about, path.resolve().name)
     return recording_of(log, about, path.stem if path.parent == Path() else path.parent.name)
 
 

@@ -1,97 +1,23 @@
-"""Logs: messages kept in memory, and as MCAP files of JSON with a schema per topic."""
+"""A run's messages in memory; written to a log and read back."""
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections import defaultdict
-from collections.abc import Mapping
-from dataclasses import fields
+from collections.abc import Iterable, Mapping
+from dataclasses import MISSING, fields
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
-import numpy as np
-from mcap.exceptions import McapError
-from mcap.reader import make_reader
-from mcap.writer import CompressionType, Writer
+import orjson
 
+from services.logs.file import BadLog, Record, records, whole_records
+from services.logs.writer import ABOUT, ENDED, LogWriter
 from services.messages import BadMessage, Message, check
 from services.topics import TOPICS, Topic
 
+__all__ = ["BadLog", "RunLog", "Series", "read_log", "read_run"]
+
 Series = dict[str, list[Message]]
-
-
-class BadLog(ValueError):
-    """A file that is no log of ours; the text names it."""
-
-
-class LogWriter:
-    """Writes messages to an MCAP file as they come; fast topics are thinned to their ``log_rate``.
-
-    Times in the file are robot time, so two runs of one scenario and seed give the same bytes: a
-    message's ``publish_time`` is the instant its content was true, its ``log_time`` the instant at
-    which it was sent (lockstep) or heard (recorder).
-
-    Args:
-        path: of the file.
-        metadata: where the log comes from; words only.
-    """
-
-    def __init__(self, path: Path, metadata: Mapping[str, str]) -> None:
-        self.path = path
-        self._stream = path.open("wb")
-        # not compressed: the compressor's version must not change the bytes
-        self._writer = Writer(self._stream, compression=CompressionType.NONE)
-        self._writer.start(profile="", library="steadyhand")
-        self._writer.add_metadata("steadyhand", dict(metadata))
-        self._channels: dict[str, int] = {}
-        self._due: dict[str, float] = {}
-        self._count = 0
-
-    def __enter__(self) -> LogWriter:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()
-
-    def add(self, topic: Topic, message: Message, arrival: float) -> None:
-        """Write one message, unless its topic is thinned and it is not its turn.
-
-        Args:
-            topic: of the message.
-            message: to write.
-            arrival: robot time at which it was sent or heard [s]; not before an earlier call's,
-                for readers expect a file in the order of ``log_time``.
-        """
-        rate = TOPICS[topic.name].log_rate
-        if rate:
-            if message.t < self._due.get(topic.name, -np.inf) - 1e-9:
-                return
-            self._due[topic.name] = message.t + 1.0 / rate
-        channel = self._channels.get(topic.name) or self._register(topic.name)
-        body = json.dumps(plain(message), separators=(",", ":")).encode()
-        log_time, publish_time = round(arrival * 1e9), round(message.t * 1e9)
-        self._writer.add_message(channel, log_time, body, publish_time, self._count)
-        self._count += 1
-
-    def _register(self, name: str) -> int:
-        schema = self._writer.register_schema(
-            TOPICS[name].type.__name__, "jsonschema", json.dumps(json_schema(name)).encode()
-        )
-        self._channels[name] = self._writer.register_channel(name, "json", schema)
-        return self._channels[name]
-
-    def close(self) -> None:
-        """Write the summary and close the file."""
-        if not self._stream.closed:
-            self._writer.finish()
-            self._stream.close()
 
 
 class RunLog:
@@ -121,13 +47,17 @@ class RunLog:
         return self._arrivals.get(topic.name, [])
 
     def write(self, path: Path, metadata: Mapping[str, str]) -> str:
-        """Write the log; returns the SHA-256 of the file, hexadecimal."""
-        with LogWriter(path, metadata) as writer:
-            for arrival, name, message in self._merged():
-                writer.add(TOPICS[name], message, arrival)
-        return hashlib.sha256(path.read_bytes()).hexdigest()
+        """Write the log, light if the metadata say so.
 
-    def _merged(self) -> list[tuple[float, str, Message]]:
+        Returns:
+            SHA-256 of what was written, see ``LogWriter.digest``.
+        """
+        with LogWriter(path, metadata, metadata.get("record", "full")) as writer:
+            for arrival, name, message in self.merged():
+                writer.add(TOPICS[name], message, arrival)
+        return writer.digest
+
+    def merged(self) -> list[tuple[float, str, Message]]:
         """All messages with arrival and topic, by arrival; those of one instant by topic."""
         everything = [
             (arrival, name, message)
@@ -140,81 +70,117 @@ class RunLog:
         return everything
 
 
-_MAGIC = b"\x89MCAP0\r\n"
+def read_log(path: Path, topics: Iterable[Topic] | None = None) -> tuple[RunLog, dict[str, str]]:
+    """Read a whole log and its metadata.
 
-
-def read_log(path: Path) -> tuple[RunLog, dict[str, str]]:
-    """Read a log and its metadata.
+    Args:
+        path: of the file.
+        topics: to read; all if not given.
 
     Raises:
-        BadLog: not an MCAP file, cut short, or with messages that are not ours.
+        BadLog: no log of ours, cut short, or with messages that are not ours; the text says how
+            to go on.
     """
     log = RunLog()
-    metadata: dict[str, str] = {}
-    try:
-        with path.open("rb") as stream:
-            reader = make_reader(stream)
-            for record in reader.iter_metadata():
-                if record.name == "steadyhand":
-                    metadata = dict(record.metadata)
-            for _, channel, record in reader.iter_messages():
-                topic = TOPICS.get(channel.topic)
-                if topic is None:
-                    raise BadLog(f"{path}: topic {channel.topic!r} is not one of ours")
-                content = json.loads(record.data)
-                message = check(topic.type, _restored(topic, content))
-                log(topic, message, record.log_time / 1e9)
-    except FileNotFoundError:
-        raise BadLog(f"{path}: no such file") from None
-    except (McapError, BadMessage, json.JSONDecodeError, AssertionError) as error:
-        why = "its recorder was killed before it finished the file" if _cut_short(path) else error
-        raise BadLog(f"{path}: not a whole log of steadyhand: {why}") from error
-    return log, metadata
+    about = _fill(log, path, whole_records(path, _names(topics)), [])
+    return log, about
 
 
-def _cut_short(path: Path) -> bool:
-    """Whether a file begins as an MCAP and does not end as one: both ends are the same bytes."""
-    data = path.read_bytes()
-    return data.startswith(_MAGIC) and not data[len(_MAGIC) :].endswith(_MAGIC)
+def read_run(
+    path: Path, topics: Iterable[Topic] | None = None
+) -> tuple[RunLog, dict[str, str], list[str]]:
+    """Read a log, or all that is in a run's folder: one log, or those of a recorder that died.
+
+    A recorder that is killed leaves a log that is cut, and its successor goes on in another file
+    (``run.mcap``, ``run-2.mcap``). In a folder cut logs are read as far as they are whole.
+
+    Returns:
+        The messages, metadata, and what people should know of the files, in words.
+
+    Raises:
+        BadLog: nothing there that can be read, or a file that is no whole log.
+    """
+    log, about, notes = RunLog(), dict[str, str](), list[str]()
+    names = _names(topics)
+    if not path.is_dir():
+        about = _fill(log, path, whole_records(path, names), notes)
+        return log, about, notes
+    parts = parts_of(path)
+    for part in parts:
+        try:
+            found = _fill(log, part, whole_records(part, names), notes)
+        except BadLog as cut:
+            if not cut.cut:
+                raise
+            found = _fill(log, part, records(part, names, notes), notes)
+        about = about or found
+    if not about:
+        raise BadLog(f"{path}: nothing in {', '.join(p.name for p in parts)} can be read")
+    if len(parts) > 1:
+        notes.append(f"read from {len(parts)} files: the recorder was restarted")
+    return log, about, notes
+
+
+def parts_of(folder: Path) -> list[Path]:
+    """The log of a run in its folder; several files if its recorder was restarted, in order.
+
+    Raises:
+        BadLog: none, or logs of different runs; the text names them.
+    """
+    inside = sorted(p for p in folder.glob("*.mcap") if not p.stem.endswith("-recovered"))
+    inside = inside or sorted(folder.glob("*.mcap"))
+    if not inside:
+        raise BadLog(f"{folder}: a folder without a log (no *.mcap in it)")
+    first = min(inside, key=lambda p: len(p.stem))
+
+    def number(path: Path) -> int:
+        """Which of the recorder's files it is; 0 if it is none of this run's."""
+        rest = path.stem.removeprefix(f"{first.stem}-")
+        return 1 if path == first else int(rest) if rest.isdigit() else 0
+
+    if not all(map(number, inside)):
+        names = ", ".join(p.name for p in inside)
+        raise BadLog(f"{folder}: has several logs, name one of them: {names}")
+    return sorted(inside, key=number)
+
+
+def _names(topics: Iterable[Topic] | None) -> set[str] | None:
+    return None if topics is None else {topic.name for topic in topics}
+
+
+def _fill(log: RunLog, path: Path, found: Iterable[Record], notes: list[str]) -> dict[str, str]:
+    """Put messages into a log, and what was lost into the notes; returns where they come from."""
+    about: dict[str, str] = {}
+    for record in found:
+        if record.metadata is not None:
+            if record.name == ABOUT:
+                about = record.metadata
+            elif record.name == ENDED and record.metadata.get("lost", "0") != "0":
+                notes.append(f"the recorder lost {record.metadata['lost']} messages")
+            continue
+        topic = TOPICS.get(record.name)
+        if topic is None:
+            raise BadLog(f"{path}: topic {record.name!r} is not one of ours")
+        try:
+            message = check(topic.type, _restored(topic, orjson.loads(record.data)))
+        except (BadMessage, orjson.JSONDecodeError) as error:
+            raise BadLog(
+                f"{path}: a message on {record.name} that is not ours, {record.time:.3f} s:"
+                f" {error}; of another version? The log's versions: steadyhand log info {path}"
+            ) from None
+        log(topic, message, record.time)
+    return about
 
 
 def _restored(topic: Topic, content: dict[str, Any]) -> dict[str, Any]:
-    """Turn the nulls that stand for what was not finite back into what is allowed."""
+    """What a log leaves open: a null stands for what was not finite; a field that is missing was
+    added to the message since, and has its default."""
     for f in fields(topic.type):
-        if content.get(f.name) is None and str(f.type) == "float":
+        if f.name not in content:
+            if f.default_factory is not MISSING:
+                content[f.name] = f.default_factory()
+            elif f.default is not MISSING:
+                content[f.name] = f.default
+        elif content[f.name] is None and str(f.type) == "float":
             content[f.name] = f.metadata["spec"].hi
     return content
-
-
-def plain(message: Message) -> dict[str, Any]:
-    """A message as JSON-ready data; what is not finite becomes null."""
-    out: dict[str, Any] = {}
-    for f in fields(message):
-        value = getattr(message, f.name)
-        if isinstance(value, np.ndarray):
-            value = value.tolist()
-        elif isinstance(value, float) and not np.isfinite(value):
-            value = None
-        elif isinstance(value, dict):
-            value = {k: _finite(v) for k, v in value.items()}
-        out[f.name] = value
-    return out
-
-
-def _finite(value: Any) -> Any:
-    return None if isinstance(value, float) and not np.isfinite(value) else value
-
-
-_JSON = {"float": "number", "int": "integer", "str": "string", "bool": "boolean", "Array": "array"}
-
-
-def json_schema(topic: str) -> dict[str, Any]:
-    """JSON schema of a topic's messages."""
-    properties: dict[str, Any] = {}
-    for f in fields(TOPICS[topic].type):
-        kind = str(f.type).split("[")[0]
-        properties[f.name] = {"type": _JSON.get(kind, "array" if kind == "list" else "object")}
-        spec = f.metadata.get("spec")
-        if spec is not None:
-            properties[f.name]["description"] = f"[{spec.unit}]"
-    return {"type": "object", "properties": properties}

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from services.live.supervisor import Plan
-from services.logs.runlog import RunLog, read_log
+from services.logs.runlog import RunLog, read_run
 from services.run import all_figures, outcome_of, write_report
 from services.topics import HEALTH, TRUTH
 from sim.scenario import load_scenario
@@ -26,9 +26,9 @@ def write_live_report(plan: Plan, folder: Path, ended: float) -> dict[str, Any]:
         The result, as of a lockstep run, with ``loops`` by service.
 
     Raises:
-        BadLog: there is no whole log.
+        BadLog: there is no log that can be read.
     """
-    log, about = read_log(folder / "run.mcap")
+    log, about, notes = read_run(folder)
     scenario = load_scenario(plan.scenario)
     truth = log.series(TRUTH)
     simulated = truth[-1].t if truth else 0.0
@@ -42,6 +42,7 @@ def write_live_report(plan: Plan, folder: Path, ended: float) -> dict[str, Any]:
         "outcome": outcome_of(log),
         **all_figures(log, scenario),
         "loops": loops_of(log),
+        "log_notes": notes,
     }
     title = f"{result['scenario']}, observer {plan.observer}, {plan.mode}"
     write_report(log, result, folder, title, scenario=scenario)

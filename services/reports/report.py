@@ -27,6 +27,8 @@ from sim.scenario import Scenario
 
 Array = NDArray[np.float64]
 
+Draw = Callable[[RunLog, str], Figure | None]
+
 DRAWN, MEANT, ERROR = "#1f4e9c", "#e08a1e", "#b3261e"
 plt.rcParams.update(
     {
@@ -51,23 +53,20 @@ def write_pictures(
         title: of each picture.
         scenario: that was run; without it there is no picture of the floor.
     """
+    drawn = figures_for(log, scenario).items()
+    return save(folder, ((name, draw(log, title)) for name, draw in drawn))
+
+
+def figures_for(log: RunLog, scenario: Scenario | None = None) -> dict[str, Draw]:
+    """The pictures that a run may have, by name; each gives None where it has no data for it."""
+    out: dict[str, Draw] = {"estimate": estimate, "torques": torques}
     if palmed(log) is not None:  # no pen, no board
-        pictures: dict[str, Callable[[RunLog, str], Figure | None]]
-        pictures = {"grasp": grasp, "estimate": estimate, "torques": torques}
-        if scenario is not None:
-            pictures["floor"] = lambda log, title: floor(log, title, scenario)
-        return save(folder, ((name, draw(log, title)) for name, draw in pictures.items()))
-    pictures = {
-        "board": board,
-        "drawing": drawing,
-        "estimate": estimate,
-        "force": force,
-        "torques": torques,
-        "sharing": sharing,
-    }
+        out = {"grasp": grasp, **out}
+    else:
+        out = {"board": board, "drawing": drawing, **out, "force": force, "sharing": sharing}
     if scenario is not None:
-        pictures["floor"] = lambda log, title: floor(log, title, scenario)
-    return save(folder, ((name, draw(log, title)) for name, draw in pictures.items()))
+        out["floor"] = lambda log, title: floor(log, title, scenario)
+    return out
 
 
 def save(folder: Path, figures: Iterable[tuple[str, Figure | None]]) -> list[Path]:
@@ -216,7 +215,9 @@ def torques(log: RunLog, title: str) -> Figure | None:
         return None
     t = np.array([c.t for c in commands])
     tau = np.array([c.tau for c in commands])
-    figure, axes = plt.subplots(6, 1, figsize=(13, 10), sharex=True, layout="constrained")
+    figure, axes = plt.subplots(
+        tau.shape[1], 1, figsize=(13, 10), sharex=True, layout="constrained"
+    )
     for i, axis in enumerate(axes):
         axis.plot(t, tau[:, i], color=DRAWN, lw=0.7)
         axis.set_ylabel(f"joint {i + 1}\n[N m]")

@@ -17,7 +17,7 @@ from typing import Any
 
 import zenoh
 
-from services.topics import PROCESSES
+from services.topics import CONSOLE, PROCESSES
 from services.wire.access import access_control
 
 LEASE = 1000  # [ms]; a stopped process is noticed after this, a killed one at once
@@ -97,10 +97,15 @@ def make_run_dir(run_dir: Path) -> Path:
     return run_dir
 
 
+def scenario_file(run_dir: Path) -> Path:
+    """Where the supervisor writes which scenario runs, for whoever draws the robot."""
+    return run_dir / "scenario"
+
+
 def local(run_dir: Path, name: str | None = None) -> Endpoints:
     """Unix sockets in ``run_dir``; without a name it only connects (tools, consoles)."""
     listen = (f"unixsock-stream/{run_dir}/{name}.sock",) if name else ()
-    others = [s for s in (*PROCESSES, "supervisor") if s != name]
+    others = [s for s in (*PROCESSES, "supervisor", CONSOLE) if s != name]
     return Endpoints(listen, tuple(f"unixsock-stream/{run_dir}/{s}.sock" for s in others))
 
 

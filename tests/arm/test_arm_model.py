@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from arm.model import STANDING, ArmModel, Base
-from deploy.skeleton import ARM, DOFS, PEN, PLATFORM, load_skeleton
+from deploy.skeleton import ARM, PEN, PLATFORM, load_skeleton
 from services.messages import Array
 
 ROBOT = "xr4000_puma560"
@@ -74,7 +74,11 @@ def test_torque_gives_the_acceleration_it_was_asked_for(model: ArmModel, seed: i
     _, skeleton = load_skeleton(ROBOT)
     for name in ("platform_x", "platform_y", "platform_heading", "pen_spring"):
         skeleton.getJoint(name).setActuatorType(dart.dynamics.ActuatorType.ACCELERATION)
-    positions, velocities, commands = np.zeros(DOFS), np.zeros(DOFS), np.zeros(DOFS)
+    positions, velocities, commands = (
+        np.zeros(skeleton.getNumDofs()),
+        np.zeros(skeleton.getNumDofs()),
+        np.zeros(skeleton.getNumDofs()),
+    )
     positions[PLATFORM], positions[ARM] = base.pose, q
     velocities[PLATFORM], velocities[ARM] = base.velocity, qd
     commands[PLATFORM], commands[ARM] = base.acceleration, tau
@@ -131,14 +135,14 @@ def test_feedback_is_what_the_joints_get_on_a_platform_that_recoils(
     with_it = model.torque(model.inertia(), np.zeros(6), feedback, base.acceleration)
     _, skeleton = load_skeleton(ROBOT)
     skeleton.getJoint("pen_spring").setActuatorType(dart.dynamics.ActuatorType.ACCELERATION)
-    positions, velocities = np.zeros(DOFS), np.zeros(DOFS)
+    positions, velocities = np.zeros(skeleton.getNumDofs()), np.zeros(skeleton.getNumDofs())
     positions[PLATFORM], positions[ARM] = base.pose, q
     velocities[PLATFORM], velocities[ARM] = base.velocity, qd
     got = []
     for tau in (without, with_it):
         skeleton.setPositions(positions)
         skeleton.setVelocities(velocities)
-        commands = np.zeros(DOFS)
+        commands = np.zeros(skeleton.getNumDofs())
         commands[ARM] = tau
         skeleton.setCommands(commands)
         skeleton.computeForwardDynamics()

@@ -2,23 +2,29 @@
 
 from __future__ import annotations
 
+import io
 import json
+import re
 import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from rich.console import Console
 from service_toys import TOYS
 from typer.testing import CliRunner
 
 from services.cli.main import app
 from services.live.clock import EpochClock, HeardClock
 from services.live.runner import run_live
+from services.live.watch import render
+from services.messages import ArmStatus, BaseStatus, Health, Message
 from services.requests import Requests
 from services.topics import SERVICES
 from services.wire.bus import open_bus
 from services.wire.endpoints import local
+from sim.disturbance import KINDS
 
 runner = CliRunner()
 
@@ -84,7 +90,7 @@ def test_nobody_there_says_what_to_do(tmp_path: Path) -> None:
 def test_disturbance_arguments(monkeypatch: pytest.MonkeyPatch) -> None:
     """Options, a sensor, and key=value all become arguments of one request."""
     sent: list[tuple[object, ...]] = []
-    monkeypatch.setattr("services.cli.requests.request", lambda *args: sent.append(args))
+    monkeypatch.setattr("services.cli.disturb.request", lambda *args: sent.append(args))
     runner.invoke(app, ["disturb", "delay", "imu", "--ms", "20", "--for", "1", "t=3", "on=link2"])
     service, verb, args, *_ = sent[0]
     assert (service, verb) == ("sim", "disturb")
@@ -173,3 +179,74 @@ def test_a_run_that_cannot_write_says_so_first(tmp_path: Path) -> None:
     options = ["--for", "0.1", "--no-pictures", "--out", str(folder)]
     assert runner.invoke(app, ["run", "whiteboard", *options]).exit_code == 1
     assert {p.name for p in folder.iterdir()} == {"run.mcap", "result.json"}
+
+
+def test_the_help_of_disturb_lists_every_kind_and_key() -> None:
+    """With ranges and defaults, a line each."""
+    text = runner.invoke(app, ["disturb", "--help"]).output
+    for kind, model in KINDS.items():
+        block = text.split(f"\n  {kind}: ")[1].split("\n\n")[0]
+        for key in set(model.model_fields) - {"kind"}:
+            assert re.search(rf"^ +{key} ", block, re.M), (kind, key)
+    assert "5000; required" in text
+
+
+@pytest.mark.parametrize(
+    ("typed", "offered"),
+    [
+        ("steadyhand dist", {"disturb"}),
+        ("steadyhand disturb bl", {"blinded"}),
+        ("steadyhand disturb push f", {"force="}),
+        ("steadyhand disturb dropout sensor=la", {"sensor=laser"}),
+        ("steadyhand disturb push on=link7", {"on=link7"}),
+        ("steadyhand disturb moon ", set()),
+        ("steadyhand watch e", {"estimate"}),
+    ],
+)
+def test_the_shell_completes(typed: str, offered: set[str]) -> None:
+    """Commands, kinds, keys and their values, as fish asks for them."""
+    env = {
+        "_STEADYHAND_COMPLETE": "complete_fish",
+        "_TYPER_COMPLETE_FISH_ACTION": "get-args",
+        "_TYPER_COMPLETE_ARGS": typed,
+    }
+    out = runner.invoke(app, [], env=env, prog_name="steadyhand").output
+    assert {line.split("\t")[0] for line in out.splitlines() if line} == offered
+
+
+def test_an_error_is_one_line_when_it_is_piped() -> None:
+    """However long: no line break in the middle of a name or a path."""
+    result = runner.invoke(app, ["up", "no_such_scenario_with_a_name_that_is_" + "long_" * 12])
+    assert any("Known:" in line and "whiteboard" in line for line in result.stderr.splitlines())
+    result = runner.invoke(app, ["watch", "--run-dir", "/nowhere/" + "x" * 70])
+    (line,) = result.stderr.splitlines()
+    assert line.startswith("error: robot r1") and line.endswith("give its --run-dir")
+
+
+def test_the_arm_and_the_platform_are_shown_in_words_and_units() -> None:
+    """A person reads state, node, force and margins, and who voted for what."""
+    status = ArmStatus(
+        1.0, state="safe_hold", reason="estimate old", program="a.hds", node="Line1",
+        force=1.49, force_reference=1.5, reach_margin=0.123, joint_margin=0.5,
+    )  # fmt: skip
+    text = _shown({"arm/status": status})
+    for words in ("NO: safe_hold", "a.hds Line1", "+1.490, 1.500", "123", "28.6"):
+        assert words in text, words
+    votes = {"drive_to": [0.1, 0.0, 0.5, 1.0], "avoid": [0.0, 0.0, 0.0, 0.0]}
+    text = _shown({"base/status": BaseStatus(1.0, "driving", "", votes)})
+    assert "+0.100 ahead" in text and "+28.65 deg/s, weight 1.00" in text
+    assert "nothing; it limits" in text
+
+
+def test_a_process_that_fell_silent_is_marked_in_loops() -> None:
+    """Its old figures are not taken for new ones."""
+    heard = {f"{s}/health": Health(t, s) for s, t in (("sim", 9.0), ("arm", 6.0))}
+    text = _shown(heard)
+    assert "arm silent" in text and "sim silent" not in text
+
+
+def _shown(heard: dict[str, Message]) -> str:
+    console = Console(width=120, file=io.StringIO())
+    console.print(render(heard))
+    assert isinstance(console.file, io.StringIO)
+    return console.file.getvalue()

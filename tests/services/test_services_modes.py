@@ -88,7 +88,17 @@ def test_processes_run_without_the_one_that_is_not_asked_for(
     tmp_path: Path, scenario: str, absent: str
 ) -> None:
     """Paced, so that whoever waited for the absent one would not come to an end."""
-    command = [sys.executable, "-m", "services.cli", "up", scenario, "--paced", "--for", "0.2"]
+    command = [
+        sys.executable,
+        "-m",
+        "services.cli",
+        "up",
+        scenario,
+        "--no-console",
+        "--paced",
+        "--for",
+        "0.2",
+    ]
     command += ["--run-dir", str(tmp_path / "r"), "--out", str(tmp_path / "out"), "--json"]
     done = subprocess.run(command, capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stderr

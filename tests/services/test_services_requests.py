@@ -14,7 +14,7 @@ from service_toys import ToySim
 
 from services.live.clock import EpochClock
 from services.live.runner import run_live
-from services.requests import NoAnswer, Requests, ask
+from services.requests import RATE, NoAnswer, Requests, ask
 from services.wire.bus import open_bus
 from services.wire.endpoints import config, local
 
@@ -72,6 +72,27 @@ def test_a_loop_that_does_not_take_it_up_is_reported(tmp_path: Path) -> None:
         assert not accepted
         assert "did not take it up" in reason
         assert toy.x == x
+
+
+def test_who_asks_too_often_is_refused_but_may_always_stop(tmp_path: Path) -> None:
+    """So many in a second and no more; a second later again; a stop is taken up at any time."""
+    now = [100.0]
+    toy = ToySim(1)
+    toy.verbs = (*toy.verbs, "stop")
+    with zenoh.open(config(local(tmp_path))) as session:
+        requests = Requests(session, "r1", toy, clock=lambda: now[0])
+
+        def asked(verb: str) -> str:
+            return ask(session, "r1", "sim", verb, {"value": "much"}, timeout=20.0).reason
+
+        try:
+            assert {asked("stir") for _ in range(RATE)} == {"stir needs value=NUMBER"}
+            assert asked("stir") == f"sim takes {RATE} requests a second; wait"
+            assert "requests a second" not in asked("stop")
+            now[0] += 1.0
+            assert asked("stir") == "stir needs value=NUMBER"
+        finally:
+            requests.close()
 
 
 def test_nobody_there(tmp_path: Path) -> None:

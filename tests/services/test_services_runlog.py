@@ -49,6 +49,7 @@ def test_two_runs_write_the_same_bytes(tmp_path: Path) -> None:
         run_lockstep(Scenario(), 3, duration=0.2).log.write(tmp_path / name, {}) for name in "ab"
     )
     assert first == second
+    assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes()
 
 
 def test_a_log_without_arrivals_has_the_stamps() -> None:
@@ -72,7 +73,7 @@ def test_the_recorder_tells_arrival_by_the_newest_robot_time(tmp_path: Path) -> 
             inbox.offer(ODOMETRY, Odometry(t=0.010, pose=np.zeros(3)), local + 1e-4)
             inbox.offer(IMU, Imu(t=0.015, gyro=np.zeros(3), accel=np.zeros(3)), local - 1e-4)
     recorder.step(9.9, inbox)
-    recorder.close()
+    recorder.close({}, {})
     log, _ = read_log(tmp_path / "run.mcap")
     assert log.arrivals(ODOMETRY) == [0.030]
     assert log.arrivals(IMU) == [0.029]
@@ -91,7 +92,7 @@ def test_a_topic_that_is_emptied_late_does_not_run_ahead(tmp_path: Path) -> None
     second.offer(ODOMETRY, Odometry(t=0.02, pose=zero), 1.04)
     recorder.step(0.0, first)
     recorder.step(0.0, second)
-    recorder.close()
+    recorder.close({}, {})
     log, _ = read_log(tmp_path / "run.mcap")
     assert log.arrivals(ODOMETRY) == [0.0, 0.04]
     assert log.arrivals(IMU) == [round(0.01 * tick, 2) for tick in range(10)]

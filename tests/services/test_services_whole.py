@@ -33,7 +33,16 @@ def up(tmp_path: Path, *options: str) -> dict[str, Any]:
     """Result of ``steadyhand up`` of the paper's fragment."""
     scenario = tmp_path / "fragment.toml"
     scenario.write_text(SCENARIO)
-    command = [sys.executable, "-m", "services.cli", "up", str(scenario), "--json", *options]
+    command = [
+        sys.executable,
+        "-m",
+        "services.cli",
+        "up",
+        str(scenario),
+        "--no-console",
+        "--json",
+        *options,
+    ]
     command += ["--run-dir", str(tmp_path / "r"), "--out", str(tmp_path / "out")]
     done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
@@ -79,7 +88,16 @@ def test_a_killed_observer_means_safe_hold_and_a_way_to_resume(tmp_path: Path) -
     """kill -9 in mid-program: the arm lets go and says so, the observer returns, resume goes on."""
     run_dir = tmp_path / "r"
     base = [sys.executable, "-m", "services.cli"]
-    command = [*base, "up", "whiteboard", "--run-dir", str(run_dir), "--out", str(tmp_path / "out")]
+    command = [
+        *base,
+        "up",
+        "whiteboard",
+        "--no-console",
+        "--run-dir",
+        str(run_dir),
+        "--out",
+        str(tmp_path / "out"),
+    ]
     with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.STDOUT) as process:
         try:
             until_state(run_dir, {"running", "safe_hold"})

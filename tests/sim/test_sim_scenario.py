@@ -62,7 +62,7 @@ def test_sway_peak_speed_is_modest() -> None:
         ("[[disturbance]]\nkind = 'shove'\nt = 1", ["disturbance.0.kind", "push", "bias"]),
         ("[[disturbance]]\nkind = 'dropuot'\nt = 1", ["did you mean 'dropout'"]),
         (
-            "[[disturbance]]\nkind = 'push'\nt = 1\nforce = 9\non = 'link7'",
+            "[[disturbance]]\nkind = 'push'\nt = 1\nforce = 9\non = 'link9'",
             ["disturbance.0.push.on", "link6"],
         ),
         ("[[disturbance]]\nkind = 'push'\nt = 1\nforc = 9", ["forc:", "'force'"]),

@@ -1,0 +1,1 @@
+"""The console: one web page that shows the robot and asks it for things, live or from a log."""
