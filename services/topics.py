@@ -45,6 +45,7 @@ class Topic(Generic[M]):
 
 
 ARM_STATE = Topic("robot/arm_state", m.ArmState, "sim", 1000, 0.05, control=True, log_rate=200)
+HAND_STATE = Topic("robot/hand_state", m.HandState, "sim", 500, 0.05, control=True, log_rate=100)
 CLOCK = Topic("robot/clock", m.Clock, "sim", 200, 0.5, control=True, log_rate=5)
 ODOMETRY = Topic("robot/odometry", m.Odometry, "sim", 20, 0.5, control=True, depth=64)
 IMU = Topic("robot/imu", m.Imu, "sim", 100, 0.1, control=True, depth=256)
@@ -52,6 +53,9 @@ SCAN = Topic("robot/scan", m.Scan, "sim", 10, 0.3, depth=4)
 BUMPER = Topic("robot/bumper", m.Bumper, "sim", 50, 0.2)
 VISION = Topic("robot/vision", m.Vision, "sim", 30, 0.5, depth=16)
 ARM_COMMAND = Topic("arm/command", m.ArmCommand, "arm", 1000, 0.05, control=True, log_rate=200)
+HAND_COMMAND = Topic(
+    "arm/hand_command", m.HandCommand, "arm", 500, 0.05, control=True, log_rate=100
+)
 BASE_COMMAND = Topic("base/command", m.BaseCommand, "base", 20, 0.1, control=True, depth=8)
 ESTIMATE = Topic("observer/estimate", m.Estimate, "observer", 500, 0.05, control=True, log_rate=200)
 BOARD = Topic("observer/board", m.BoardEstimate, "observer", 50, 0.5)
@@ -65,6 +69,7 @@ TICK = {s: Topic(f"{s}/tick", m.Tick, s, 1000, 1e9, depth=8) for s in SERVICES i
 
 _ALL: tuple[Topic[Any], ...] = (
     ARM_STATE,
+    HAND_STATE,
     CLOCK,
     ODOMETRY,
     IMU,
@@ -72,6 +77,7 @@ _ALL: tuple[Topic[Any], ...] = (
     BUMPER,
     VISION,
     ARM_COMMAND,
+    HAND_COMMAND,
     BASE_COMMAND,
     ESTIMATE,
     BOARD,

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from arm.hds import Finding, Program, Registry
 
-OWNERS = ("arm", "two_arms", "platform")
+OWNERS = ("arm", "two_arms", "hand", "platform")
 
 _INTERFACE = re.compile(r"^\s*INTERFACE\s*=\s*(\w+)", re.MULTILINE)
 
@@ -60,6 +60,11 @@ def kind(owner: str) -> Kind:
         from arm.nodes.build import unusable
 
         return Kind(owner, GRASPING, lambda program: unusable(GRASPING, program))
+    if owner == "hand":
+        from arm.hand.nodes import REGISTRY as HANDLING
+        from arm.nodes.build import unusable
+
+        return Kind(owner, HANDLING, lambda program: unusable(HANDLING, program))
     if owner == "platform":
         from base.nodes import REGISTRY as TYPES
         from base.nodes import build
