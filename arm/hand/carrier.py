@@ -85,9 +85,10 @@ class Carrier:
             [-spin, R_OB.T @ velocity - [moving[0], moving[1], 0.0] - np.cross(spin, p_B)]
         )
         turn = Rotation.from_matrix(R_OB.T @ self.R @ R.T).as_rotvec()
-        away = p_B - p
-        self.error = float(np.linalg.norm(away))
-        twist += GAIN * np.concatenate([turn, away])
+        # what is left once the twist has done its part of this tick
+        left = np.concatenate([turn, p_B - p]) - dt * twist
+        self.error = float(np.linalg.norm(left[3:]))
+        twist += GAIN * left
         inverse = J.T @ np.linalg.inv(J @ J.T + DAMPING * np.eye(6))
         own = POSTURE * (self._home - reference[ARM])
         rates = np.zeros(JOINTS)

@@ -200,4 +200,5 @@ class HandExecutive(Requested):
             goal_number=0 if goal is None else self._goals,
             goal=np.zeros(3) if goal is None else goal,
             stand=self._step.stand,
+            residuals=np.zeros(0) if self._step.residuals is None else self._step.residuals,
         )

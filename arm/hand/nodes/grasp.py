@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+import numpy as np
+
 from arm.hand.grasp import Grasp
 from arm.hand.handling import Handling, Scene
 from arm.hand.nodes.node import Step
@@ -41,7 +43,9 @@ class HandGrasp:
         grasp = self._grasp
         torque = grasp.step(scene.t, scene.at.q, scene.at.qd, scene.cells, scene.struck)
         if not grasp.outcome:
-            return Step(torque=torque, stand=True)
+            history = grasp.slider.history if grasp.slider is not None else []
+            residuals = np.array(history[-1]) if history else None
+            return Step(stand=True, residuals=residuals, torque=torque)
         hand.tries.append(grasp.tries[-1])
         hand.take(scene.at)
         end = grasp.outcome

@@ -27,6 +27,7 @@ class Step:
         reason: why, where the event's name does not say it all.
         goal: where the platform is asked to be, X_OB as x, y [m], heading [rad]; None: nowhere.
         stand: the platform is asked to stand where it is.
+        residuals: of force and moment, shape (2,), while fingertips slide.
         torque: shape (11,) [N m]; None: what the shared references ask for.
     """
 
@@ -34,6 +35,7 @@ class Step:
     reason: str = ""
     goal: Array | None = None
     stand: bool = False
+    residuals: Array | None = None
     torque: Array | None = None
 
 
