@@ -329,6 +329,10 @@ class ArmStatus(Message):
     force: float = number("N", default=0.0)
     """Filtered pressing force [N]."""
     force_reference: float = number("N", default=0.0)
+    residuals: Array = field(
+        default_factory=lambda: np.zeros(0), metadata={"spec": Spec((None,), "1", 0, 1e3)}
+    )
+    """Of force and moment, |rho| and |M|, while fingertips slide to a grasp; else nothing."""
     reach_margin: float = number("m", default=0.0)
     """Distance left before the arm is stretched out [m]."""
     joint_margin: float = number("rad", default=0.0)

@@ -38,6 +38,19 @@ GRASP_LABELS = {
     "box_tilt_deg": "largest tilt of the box off the table [deg]",
     "palm_force_peak_n": "largest force on a palm [N]",
 }
+BOTTLE_LABELS = {
+    "placed_error_mm": "bottle from its goal [mm]",
+    "placed_tilt_deg": "tilt of the bottle at the end [deg]",
+    "carried_tilt_deg": "largest tilt off the table [deg]",
+    "carried_slip_mm": "moved in the hand off the table [mm]",
+    "tip_force_peak_n": "largest force on a fingertip [N]",
+    "still_rms_mm": "hand in the world while the platform goes to and fro, rms [mm]",
+    "still_max_mm": "the same, largest [mm]",
+    "still_rms_deg": "the same, turned, rms [deg]",
+    "still_platform_mm": "the platform meanwhile, way across [mm]",
+    "still_platform_deg": "the same, turn [deg]",
+    "tries": "reaches",
+}
 LABELS = {
     "estimate_rms_mm": "estimate error, rms [mm]",
     "estimate_rms_deg": "estimate error, rms [deg]",
@@ -84,8 +97,13 @@ def run(
         show(done.result)
         what = "log and pictures" if pictures else "log"
         console.print(f"{what} in {folder}", highlight=False)
-    if not done.result["outcome"].startswith("finished") or done.result.get("lifted") is False:
+    if not done.result["outcome"].startswith("finished") or not done_well(done.result):
         raise typer.Exit(1)
+
+
+def done_well(result: dict[str, Any]) -> bool:
+    """Whether what was to be lifted or placed is."""
+    return result.get("lifted") is not False and result.get("placed") is not False
 
 
 def fresh_folder(folder: Path) -> None:
@@ -102,6 +120,9 @@ def show(result: dict[str, Any]) -> None:
     table.add_row("outcome", str(result["outcome"]))
     grasps = "lifted" in result
     pen = PEN_LABELS if result.get("arm_worked", True) and not grasps else {}
+    if "placed" in result:
+        table.add_row("bottle placed", "yes" if result["placed"] else "no")
+        pen = BOTTLE_LABELS
     if grasps:
         table.add_row("box lifted", "yes" if result["lifted"] else "no")
         pen = GRASP_LABELS

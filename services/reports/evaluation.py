@@ -233,7 +233,7 @@ def torque_step_fraction(log: RunLog) -> float | None:
     if len(t) < 10 or np.median(np.diff(t)) > 0.002:
         return None  # a thinned log does not show it
     tau = np.array([c.tau for c in commands])
-    sums = np.vstack([np.zeros(6), np.cumsum(tau, axis=0)])
+    sums = np.vstack([np.zeros(tau.shape[1]), np.cumsum(tau, axis=0)])
     means = (sums[5:] - sums[:-5]) / 5.0
     step = np.abs(means[5:] - means[:-5]).max(axis=1)  # between t[i+4] and t[i+5]
     at = t[5 : 5 + len(step)]

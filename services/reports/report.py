@@ -17,6 +17,8 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
 from services.logs.runlog import RunLog
+from services.reports.bottle import bottled
+from services.reports.bottle_picture import bottle
 from services.reports.curves import distance_to_path, hermite
 from services.reports.evaluation import Stroke, arm_worked, strokes_of
 from services.reports.floor_picture import floor
@@ -51,9 +53,12 @@ def write_pictures(
         title: of each picture.
         scenario: that was run; without it there is no picture of the floor.
     """
-    if palmed(log) is not None:  # no pen, no board
+    held = bottled(log) is not None
+    if held or palmed(log) is not None:  # no pen, no board
         pictures: dict[str, Callable[[RunLog, str], Figure | None]]
         pictures = {"grasp": grasp, "estimate": estimate, "torques": torques}
+        if held:
+            pictures["grasp"] = lambda log, title: bottle(log, title, scenario)
         if scenario is not None:
             pictures["floor"] = lambda log, title: floor(log, title, scenario)
         return save(folder, ((name, draw(log, title)) for name, draw in pictures.items()))
