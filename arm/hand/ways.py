@@ -123,7 +123,7 @@ def _around(
         way = (1.0 - s) * a / np.linalg.norm(a) + s * b / np.linalg.norm(b)
         way /= np.linalg.norm(way)
         R = turn(s).as_matrix()
-        # the palm goes on looking at the object: turned any other way, a finger meets it or the table
+        # the palm goes on looking at the object: else a finger meets it, or the table
         look_there, _ = Rotation.align_vectors(-way[None], R[None, :, 2])
         R = look_there.as_matrix() @ R
         arm = solve(model, R, guess.point + far * way, rng, near=out[-1])
