@@ -11,11 +11,12 @@ from arm.hand.handling import Handling, Scene
 from arm.hand.model import ARM
 from arm.hand.nodes.node import Step
 from arm.hand.reaching import Path, look, opened, solve
-from arm.hand.ways import BACK
 from arm.hds import Event, NodeType, Parameter, ParameterValue
 
 Array = NDArray[np.float64]
 
+ABOVE = 0.12
+"""From where the fingers close to where the hand comes from, along its own axis [m]."""
 DRAWS = 60
 FAR = 1.8
 """Joints do not go further than this to a place above the bottle [rad]."""
@@ -68,7 +69,7 @@ class HandReach:
             if there is None:
                 yield None
                 continue
-            above = solve(model, R, p - BACK * R[:, 2], rng, near=there)
+            above = solve(model, R, p - ABOVE * R[:, 2], rng, near=there)
             if above is None or np.abs(above - there).max() > 1.0:
                 yield None
                 continue
