@@ -54,8 +54,8 @@ def test_the_bottle_is_placed_upright_at_its_goal(fetched: Run) -> None:
 
 
 def test_the_hand_is_still_in_the_world_while_the_platform_moves(fetched: Run) -> None:
-    """A millimetre, on a platform that moved by a hundred."""
-    assert fetched.result["still_platform_mm"] > 100.0
+    """A millimetre, on a platform that moved by sixty and more."""
+    assert fetched.result["still_platform_mm"] > 60.0
     assert fetched.result["still_rms_mm"] < 1.0
 
 
