@@ -327,6 +327,8 @@ class HandRobot(Equipped):
     """A robot of one arm with a three-finger hand (docs/grasping.md)."""
 
     kind: Literal["hand"]
+    period: Annotated[float, Field(ge=0.001, le=0.01, multiple_of=0.001)]
+    """Of the states of arm and hand, and of their control [s]."""
     arm: HandArm
     hand: Hand
     load_cell: LoadCell

@@ -23,6 +23,7 @@ __all__ = [
     "PROGRAMS",
     "BaseTask",
     "BoardPose",
+    "BottleTask",
     "BoxTask",
     "CirclePath",
     "PathSpec",
@@ -192,6 +193,25 @@ class BoxTask(Documented):
     """Along x, y, z of its frame X [m]; the palms take it across y."""
 
 
+class BottleTask(Documented):
+    """The bottle to fetch, as it is roughly known, and where to put it."""
+
+    x: Metres = 0.0
+    """Of its axis in O, within a centimetre or so [m]."""
+    y: Metres = 0.0
+    """[m]"""
+    table: Positive = 0.5
+    """Height of what it stands on, and is put on [m]."""
+    grasp: Positive = 0.13
+    """Where to take it, above its foot [m]."""
+    radius: Positive = 0.05
+    """Characteristic one, that weighs moments against forces [m]."""
+    facing: Angle = 0.0
+    """Heading with which the platform looks at the table, here and there [rad]."""
+    goal: tuple[Metres, Metres] = (0.0, 0.5)
+    """Where to put it: x, y in O [m]."""
+
+
 class Task(Documented):
     """All that arm and base are told."""
 
@@ -209,6 +229,8 @@ class Task(Documented):
     """Follow the board by vision as odometry drifts against it."""
     box: BoxTask | None = None
     """For two arms: what they grasp, and the observer looks for."""
+    bottle: BottleTask | None = None
+    """For an arm with a hand: what it fetches."""
     base: BaseTask = BaseTask()
 
 

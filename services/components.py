@@ -49,7 +49,12 @@ def build_service(
 
         return BaseService(scenario, restarted)
     if name == "arm":
-        if robot_kind(scenario.robot) == "two_arm":
+        kind = robot_kind(scenario.robot)
+        if kind == "hand":
+            from services.hand_service import HandService
+
+            return HandService(scenario, live, restarted, seed)
+        if kind == "two_arm":
             from services.two_arm_service import TwoArmService
 
             return TwoArmService(scenario, live, restarted)

@@ -36,6 +36,8 @@ __all__ = [
     "Bumper",
     "Clock",
     "Estimate",
+    "HandCommand",
+    "HandState",
     "Health",
     "Imu",
     "Message",
@@ -117,6 +119,25 @@ class ArmState(Message):
 
 
 @_message
+class HandState(Message):
+    """Drives, fingertip load cells and switches of a hand; ``t`` is that of the arm's state."""
+
+    q: Array = array(None, unit="rad", lo=-10, hi=10)
+    """Of the driven joints: the spread, then the flexions."""
+    qd: Array = array(None, unit="rad/s", lo=-100, hi=100)
+    tau: Array = array(None, unit="N m", lo=-1000, hi=1000)
+    cells: Array = array(None, 6, unit="N, N m", lo=-1e4, hi=1e4)
+    """Force [N] then moment [N m] of the world on each fingertip about its middle, in its frame."""
+    struck: bool = False
+    """A switch in palm or links says that one of them touches something."""
+
+    def of(self, joints: int, fingers: int) -> bool:
+        """Whether it is of a hand with so many drives and fingers."""
+        drives = self.q.shape == self.qd.shape == self.tau.shape == (joints,)
+        return drives and self.cells.shape == (fingers, 6)
+
+
+@_message
 class Clock(Message):
     """The robot's time, as it is sent."""
 
@@ -152,6 +173,18 @@ class ArmCommand(Message):
 
     def of(self, joints: int) -> bool:
         """Whether it is for a robot with so many joints."""
+        return self.tau.shape == (joints,)
+
+
+@_message
+class HandCommand(Message):
+    """Torques of a hand's drives [N m], computed from the hand's state of instant ``t``."""
+
+    tau: Array = array(None, unit="N m", lo=-1000, hi=1000)
+    """In the order of ``HandState.q``."""
+
+    def of(self, joints: int) -> bool:
+        """Whether it is for a hand with so many drives."""
         return self.tau.shape == (joints,)
 
 
@@ -306,6 +339,10 @@ class ArmStatus(Message):
     force: float = number("N", default=0.0)
     """Filtered pressing force [N]."""
     force_reference: float = number("N", default=0.0)
+    residuals: Array = field(
+        default_factory=lambda: np.zeros(0), metadata={"spec": Spec((None,), "1", 0, 1e3)}
+    )
+    """Of force and moment, |rho| and |M|, while fingertips slide to a grasp; else nothing."""
     reach_margin: float = number("m", default=0.0)
     """Distance left before the arm is stretched out [m]."""
     joint_margin: float = number("rad", default=0.0)
@@ -316,6 +353,8 @@ class ArmStatus(Message):
         default_factory=lambda: np.zeros(3), metadata={"spec": Spec((3,), "m, m, rad", -1e5, 1e5)}
     )
     """Where the program asks the platform to be: X_OB."""
+    stand: bool = False
+    """The platform is asked to stand where it is, without correcting its place."""
     anchored: bool = False
     """The tool is at work on something that stands on the ground, at ``tool``."""
     tool: Array = field(

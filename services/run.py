@@ -16,6 +16,7 @@ from services.lockstep import TICK, Lockstep
 from services.logs.provenance import provenance
 from services.logs.runlog import RunLog
 from services.messages import BASE_ENDED, PROGRAM_ENDED
+from services.reports.bottle import bottle_figures
 from services.reports.evaluation import arm_worked, figures_of, pen_figures
 from services.reports.grasp import grasp_figures
 from services.reports.platform_figures import platform_figures
@@ -125,6 +126,7 @@ def all_figures(log: RunLog, scenario: Scenario) -> dict[str, float | bool | Non
         **pen_figures(log, scenario.task.board),
         **platform_figures(log, scenario.task.base),
         **grasp_figures(log),
+        **bottle_figures(log, scenario.task.bottle),
     }
 
 

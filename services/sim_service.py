@@ -13,6 +13,8 @@ from services.topics import (
     ARM_STATE,
     BASE_COMMAND,
     BUMPER,
+    HAND_COMMAND,
+    HAND_STATE,
     IMU,
     ODOMETRY,
     SCAN,
@@ -21,6 +23,7 @@ from services.topics import (
     Topic,
 )
 from sim.disturbance import disturbance_from
+from sim.hand_simulator import HAND_JOINTS, HandSimulator
 from sim.scenario import Scenario
 from sim.simulator import Simulator
 from sim.two_arm_simulator import TwoArmSimulator
@@ -31,9 +34,11 @@ class SimService:
 
     name = "sim"
     inputs: tuple[Topic, ...] = (ARM_COMMAND, BASE_COMMAND)
+    """And ``HAND_COMMAND`` of a robot with a hand."""
     verbs: tuple[str, ...] = ("disturb",)
     _topic: ClassVar[dict[type[m.Message], Topic]] = {
         m.ArmState: ARM_STATE,
+        m.HandState: HAND_STATE,
         m.Odometry: ODOMETRY,
         m.Imu: IMU,
         m.Scan: SCAN,
@@ -43,10 +48,15 @@ class SimService:
     }
 
     def __init__(self, scenario: Scenario, seed: int) -> None:
-        two_armed = robot_kind(scenario.robot) == "two_arm"
-        self.simulator: Simulator | TwoArmSimulator = (
-            TwoArmSimulator(scenario, seed) if two_armed else Simulator(scenario, seed)
-        )
+        self.simulator: Simulator | TwoArmSimulator | HandSimulator
+        kind = robot_kind(scenario.robot)
+        if kind == "hand":
+            self.simulator = HandSimulator(scenario, seed)
+            self.inputs = (ARM_COMMAND, HAND_COMMAND, BASE_COMMAND)
+        elif kind == "two_arm":
+            self.simulator = TwoArmSimulator(scenario, seed)
+        else:
+            self.simulator = Simulator(scenario, seed)
         self.period = self.simulator.period
         self._joints = self.simulator.joints
         self._refused = 0
@@ -59,7 +69,14 @@ class SimService:
         if arm is not None and not arm.of(self._joints):
             self._refused = len(arm.tau)
             arm = None  # as good as silence: the motors brake
-        return [(self._topic[type(x)], x) for x in self.simulator.step(now, arm, base)]
+        if isinstance(self.simulator, HandSimulator):
+            hand = inbox.latest(HAND_COMMAND)
+            if hand is not None and not hand.of(HAND_JOINTS):
+                self._refused, hand = len(hand.tau), None
+            out = self.simulator.step(now, arm, hand, base)
+        else:
+            out = self.simulator.step(now, arm, base)
+        return [(self._topic[type(x)], x) for x in out]
 
     def prepare(self, verb: str, args: dict[str, Any]) -> Callable[[], Reply]:
         """``disturb``: kind and its options."""

@@ -54,6 +54,10 @@ ARM_STATE = Topic(
     "robot/arm_state", m.ArmState, "sim", 1000, 0.05, control=True, light_rate=20,
     readers=("arm", "observer"),
 )
+HAND_STATE = Topic(
+    "robot/hand_state", m.HandState, "sim", 500, 0.05, control=True, light_rate=20,
+    readers=("arm",),
+)
 CLOCK = Topic(
     "robot/clock", m.Clock, "sim", 200, 0.5, control=True, light_rate=5,
     readers=("observer", "arm", "base"),
@@ -70,6 +74,10 @@ VISION = Topic(
 )
 ARM_COMMAND = Topic(
     "arm/command", m.ArmCommand, "arm", 1000, 0.05, control=True, light_rate=20, readers=("sim",)
+)
+HAND_COMMAND = Topic(
+    "arm/hand_command", m.HandCommand, "arm", 500, 0.05, control=True, light_rate=20,
+    readers=("sim",),
 )
 BASE_COMMAND = Topic(
     "base/command", m.BaseCommand, "base", 20, 0.1, control=True, depth=8,
@@ -101,6 +109,7 @@ TICK = {
 
 _ALL: tuple[Topic[Any], ...] = (
     ARM_STATE,
+    HAND_STATE,
     CLOCK,
     ODOMETRY,
     IMU,
@@ -108,6 +117,7 @@ _ALL: tuple[Topic[Any], ...] = (
     BUMPER,
     VISION,
     ARM_COMMAND,
+    HAND_COMMAND,
     BASE_COMMAND,
     ESTIMATE,
     BOARD,

@@ -3,6 +3,7 @@
 | name | pieces | profile [m] | height [m] | mass [kg] |
 |---|---|---|---|---|
 | roll | cylinder | diameter 0.10 | 0.20 | 0.5 |
+| bottle | round body, shoulder, neck with cap | diameter 0.09 | 0.20 | 0.5 |
 | squirt | ellipsoid body, neck, nozzle head | 0.060 x 0.085 | 0.20 | 0.5 |
 | detergent | wide ellipsoid, slimmer one above (a taper), cap | 0.065 x 0.095 | 0.21 | 0.5 |
 """
@@ -53,6 +54,16 @@ class Thing:
 THINGS = {
     "roll": Thing(
         (Piece("cylinder", (0.10, 0.10, 0.20), 0.10),), height=0.20, mass=0.5, grasp=(0.12, 0.15)
+    ),
+    "bottle": Thing(
+        (
+            Piece("cylinder", (0.09, 0.09, 0.15), 0.075),
+            Piece("ellipsoid", (0.09, 0.09, 0.05), 0.15),
+            Piece("cylinder", (0.03, 0.03, 0.04), 0.18),
+        ),
+        height=0.20,
+        mass=0.5,
+        grasp=(0.12, 0.14),
     ),
     "squirt": Thing(
         (

@@ -1,5 +1,7 @@
 """The DART world of a hand on an arm: robot, table, an object; touched by tips, links and palm.
 
+The platform stands, unless it is said where it starts to roll from.
+
 Traps of dartpy that shape this file: shape nodes must outlive contacts, sleeping must be off,
 force actuators are not clamped. Coupled joints are plain mimics: with the coupler constraint and
 friction the tips bounce (docs/grasping.md).
@@ -8,6 +10,7 @@ friction the tips bounce (docs/grasping.md).
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,7 +20,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from deploy.robot import HandRobot
-from deploy.skeleton import hand_coupling, load_hand_skeleton
+from deploy.skeleton import PLATFORM, hand_coupling, load_hand_skeleton
 from sim.effects import GRAVITY
 from sim.hand_objects import THINGS, Thing, build
 
@@ -27,10 +30,27 @@ TABLE = (0.5, 0.0, 0.5)
 """Middle of the table's top [m]."""
 TABLE_SIZE = (0.5, 0.9, 0.04)
 """[m]"""
+WHEELS = ("platform_x", "platform_y", "platform_heading")
+"""Joints of the platform."""
 RUBBER = 1.5
 """Friction of tips and table, high enough that the object's own decides [1]."""
 PLACE = (0.5, 0.0)
 """Where the object stands [m]."""
+
+
+@dataclass(frozen=True)
+class Top:
+    """A table's top.
+
+    Attributes:
+        at: its middle in W [m].
+        size: along its x, along its y, thickness [m].
+        yaw: turn about the vertical [rad].
+    """
+
+    at: tuple[float, float, float] = TABLE
+    size: tuple[float, float, float] = TABLE_SIZE
+    yaw: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -61,6 +81,9 @@ class Setting:
         dead: finger whose load cell reads a constant, None if all work.
         mismatch: see there.
         step: of the physics [s].
+        table: see there.
+        place: of the object's foot over the floor [m].
+        start: X_WB from which the platform rolls; None: it is bolted down at W.
     """
 
     thing: str | None = "roll"
@@ -74,10 +97,15 @@ class Setting:
     dead: int | None = None
     mismatch: HandMismatch = HandMismatch()
     step: float = 0.001
+    table: Top = Top()
+    place: tuple[float, float] = PLACE
+    start: tuple[float, float, float] | None = None
 
 
 class HandWorld:
-    """Robot and world, advanced by the step of the physics; the platform stands.
+    """Robot and world, advanced by the step of the physics.
+
+    On a platform that is bolted down W is B, and whatever is in B below is in W of one that rolls.
 
     Attributes:
         robot: the description (not the truth).
@@ -98,9 +126,11 @@ class HandWorld:
         self._bias[:, 3:] *= 0.01
         cell = self.robot.load_cell
         self._noise = np.repeat([cell.force_noise, cell.moment_noise], 3)
-        for joint_name in ("platform_x", "platform_y", "platform_heading"):
-            joint = self._skeleton.getJoint(joint_name)
-            joint.setActuatorType(dart.dynamics.ActuatorType.LOCKED)
+        self._start = np.zeros(3) if setting.start is None else np.array(setting.start)
+        for joint_name in WHEELS:
+            if setting.start is None:
+                joint = self._skeleton.getJoint(joint_name)
+                joint.setActuatorType(dart.dynamics.ActuatorType.LOCKED)
         for joint_name in (*self.robot.arm.joints, *hand.drives):
             self._skeleton.getJoint(joint_name).setLimitEnforcement(True)
         self._world = dart.simulation.World()
@@ -113,7 +143,7 @@ class HandWorld:
             dart.collision.FCLCollisionDetector()
         )
         self._world.addSkeleton(self._skeleton)
-        self._world.addSkeleton(_table())
+        self._world.addSkeleton(_table(setting.table))
         self.thing: Thing | None = None if setting.thing is None else THINGS[setting.thing]
         self._object: Any = None
         if self.thing is not None:
@@ -141,7 +171,9 @@ class HandWorld:
 
     def put(self, q: Array) -> None:
         """Place the driven joints, shape (11,) [rad]; everything rests."""
-        self._skeleton.setPositions(self._S @ q)
+        positions = self._S @ q
+        positions[PLATFORM] = self._start
+        self._skeleton.setPositions(positions)
         self._skeleton.setVelocities(np.zeros(self._S.shape[0]))
 
     @property
@@ -153,6 +185,39 @@ class HandWorld:
     def qd(self) -> Array:
         """True rates of them, shape (11,) [rad/s]."""
         return np.asarray(self._skeleton.getVelocities())[self._leaders]
+
+    @property
+    def pose(self) -> Array:
+        """X_WB as x, y [m], heading [rad]."""
+        return np.asarray(self._skeleton.getPositions())[PLATFORM]
+
+    @property
+    def velocity(self) -> Array:
+        """V_WB_W, shape (3,)."""
+        return np.asarray(self._skeleton.getVelocities())[PLATFORM]
+
+    def drive_inertia(self) -> Array:
+        """What the drive accelerates along x, y [kg] and about the vertical [kg m^2]."""
+        return np.diag(self._skeleton.getMassMatrix())[PLATFORM].copy()
+
+    def set_wheel_friction(self, holding: tuple[float, float, float]) -> None:
+        """Set the friction of the platform's wheels along x, y [N] and about the vertical [N m]."""
+        for joint, value in zip(WHEELS, holding, strict=True):
+            self._skeleton.getJoint(joint).setCoulombFriction(0, value)
+
+    def set_brakes(self, holding: float | None) -> None:
+        """Set the friction of the driven joints [N m]; None for the robot's own."""
+        own = np.array(self._coulomb) + (0.0 if holding is None else holding)
+        names = (*self.robot.arm.joints, *self.robot.hand.drives)
+        for name, value in zip(names, own, strict=True):
+            self._skeleton.getJoint(name).setCoulombFriction(0, float(value))
+
+    @property
+    def bodies(self) -> tuple[str, ...]:
+        """Names of what can be pushed."""
+        bodies = (b.getName() for b in self._skeleton.getBodyNodes())
+        own = tuple(b for b in bodies if not b.endswith("_carrier"))
+        return own if self._object is None else (*own, "object")
 
     def tips(self) -> Array:
         """Middles of the tips in B, shape (3, 3) [m]."""
@@ -183,7 +248,7 @@ class HandWorld:
     def object(self) -> tuple[Array, Array]:
         """R_BX, shape (3, 3), and p_BX of the object's foot, shape (3,) [m]."""
         if self._object is None:
-            return np.eye(3), np.array([*PLACE, TABLE[2]])
+            return np.eye(3), np.array([*self.setting.place, self.setting.table.at[2]])
         return _transform(self._object)
 
     def contacts(self) -> dict[str, Array]:
@@ -215,9 +280,28 @@ class HandWorld:
 
     # --- step -------------------------------------------------------------------------------
 
-    def step(self, torque: Array) -> None:
-        """Advance by one step under torques of the driven joints, shape (11,) [N m]."""
+    def step(
+        self,
+        torque: Array,
+        drive: Array | None = None,
+        pushes: Sequence[tuple[str, Array]] = (),
+        lift: float = 0.0,
+    ) -> None:
+        """Advance by one step.
+
+        Args:
+            torque: of the driven joints, shape (11,) [N m]; the motors clamp them.
+            drive: force on the platform in W, shape (3,) [N, N, N m]; None: none.
+            pushes: bodies by name, with a force in W, shape (3,) [N].
+            lift: acceleration of the floor upwards [m/s^2].
+        """
         self._forces[self._leaders] = np.clip(torque, -self._limit, self._limit)
+        if drive is not None:
+            self._forces[PLATFORM] = drive
+            self._world.setGravity([0.0, 0.0, -GRAVITY - lift])
+        for name, force in pushes:
+            body = self._object if name == "object" else self._skeleton.getBodyNode(name)
+            body.addExtForce(force, body.getLocalCOM(), False, True)
         self._skeleton.setForces(self._forces)
         if self._object is not None and not self.setting.fixed:
             extra = self.setting.mass * (self.gravity_on_object + [0.0, 0.0, GRAVITY]) + self.push
@@ -231,7 +315,7 @@ class HandWorld:
 
     def _stand(self, skeleton: Any) -> None:
         X = dart.math.Isometry3()
-        X.set_translation(np.array([*PLACE, TABLE[2]]))
+        X.set_translation(np.array([*self.setting.place, self.setting.table.at[2]]))
         X.set_rotation(Rotation.from_rotvec([0.0, 0.0, self.setting.yaw]).as_matrix())
         if self.setting.fixed:
             skeleton.getJoint(0).setTransformFromParentBodyNode(X)
@@ -251,13 +335,15 @@ class HandWorld:
                 )
             )
         arm, hand = self.robot.arm, self.robot.hand
+        self._coulomb: list[float] = []
         for names, values, on in (
             (arm.joints, arm.coulomb_friction, s.arm_friction),
             (hand.drives, hand.coulomb_friction, s.finger_friction),
         ):
             for name, value in zip(names, values, strict=True):
                 drawn = value * (1.0 + s.mismatch.friction * self._rng.uniform(-1.0, 1.0))
-                self._skeleton.getJoint(name).setCoulombFriction(0, drawn if on else 0.0)
+                self._coulomb.append(drawn if on else 0.0)
+                self._skeleton.getJoint(name).setCoulombFriction(0, self._coulomb[-1])
 
 
 def _transform(body: Any) -> tuple[Array, Array]:
@@ -265,16 +351,17 @@ def _transform(body: Any) -> tuple[Array, Array]:
     return np.asarray(X.rotation()), np.asarray(X.translation()).reshape(3)
 
 
-def _table() -> Any:
+def _table(top: Top) -> Any:
     skeleton = dart.dynamics.Skeleton("table")
     skeleton.setMobile(False)
     joint, body = skeleton.createWeldJointAndBodyNodePair()
     body.setName("table")
-    node = body.createShapeNode(dart.dynamics.BoxShape(list(TABLE_SIZE)))
+    node = body.createShapeNode(dart.dynamics.BoxShape(list(top.size)))
     node.createVisualAspect()
     node.createCollisionAspect()
     node.createDynamicsAspect()
     X = dart.math.Isometry3()
-    X.set_translation(np.array([TABLE[0], TABLE[1], TABLE[2] - TABLE_SIZE[2] / 2]))
+    X.set_translation(np.array(top.at) - [0.0, 0.0, top.size[2] / 2])
+    X.set_rotation(Rotation.from_rotvec([0.0, 0.0, top.yaw]).as_matrix())
     joint.setTransformFromParentBodyNode(X)
     return skeleton

@@ -21,6 +21,7 @@ from sim.obstacle_specs import Obstacle
 __all__ = [
     "SCENARIOS",
     "Board",
+    "Bottle",
     "Mismatch",
     "Scenario",
     "Sensors",
@@ -107,6 +108,23 @@ class Box(Documented):
     """Centre of mass in X [m]."""
 
 
+class Bottle(Documented):
+    """A free bottle on the table, at a yaw drawn by seed; its foot is its origin."""
+
+    thing: Literal["bottle", "roll", "squirt", "detergent"] = "bottle"
+    """Of ``sim/hand_objects.py``."""
+    x: Metres = 0.0
+    """Of its axis in W [m]."""
+    y: Metres = 0.0
+    """[m]"""
+    scatter: NonNegative = 0.01
+    """Largest distance from there along x and along y, drawn by seed [m]."""
+    mass: Positive = 0.5
+    """[kg]"""
+    friction: Annotated[float, Field(ge=0, le=2)] = 0.5
+    """Coulomb friction coefficient against tips and table [1]."""
+
+
 class Start(Documented):
     """Where the platform starts, drawn by seed: around the box, or the table if there is none."""
 
@@ -125,11 +143,13 @@ class World(Documented):
     platform_start: Pose2 = (0.0, 0.0, 0.0)
     """X_WB at t = 0: x, y [m], heading [rad]; odometry starts there as well."""
     start: Start | None = None
-    """Draw the start of a two-armed robot instead of ``platform_start``."""
+    """Draw the start of such a robot instead of ``platform_start``."""
     table: Table = Table()
-    """For a two-armed robot."""
+    """For a robot of two arms or with a hand."""
     box: Box | None = None
     """For a two-armed robot; none there if not given."""
+    bottle: Bottle | None = None
+    """For a robot with a hand; none there if not given."""
     floor_tilt: tuple[Slope, Slope] = (0.0, 0.0)
     """Rise of the floor along x and y of W [rad]; the accelerometer notices, the platform stays."""
     friction_pen: Annotated[float, Field(ge=0, le=2)] = 0.3

@@ -33,6 +33,7 @@ class Feel:
         moment: about the tips' middles, in B, shape (3, 3) [N m].
         normals: smoothed, into the object, shape (3, 3); of a tip that touches nothing the last.
         touching: which tips do, shape (3,).
+        sharp: size of the force on each tip, of the newest sample alone, shape (3,) [N].
     """
 
     def __init__(self, radius: float) -> None:
@@ -43,6 +44,7 @@ class Feel:
         self.force = np.zeros((3, 3))
         self.moment = np.zeros((3, 3))
         self.normals = np.zeros((3, 3))
+        self.sharp = np.zeros(3)
         self.touching = np.zeros(3, dtype=bool)
         self._met = np.zeros(3, dtype=bool)
 
@@ -58,6 +60,7 @@ class Feel:
         """Take a sample of all cells, shape (3, 6)."""
         self._sum += cells
         self._count += 1
+        self.sharp = np.linalg.norm(cells[:, :3] - self._tare[:, :3], axis=1)
 
     def mean(self) -> Array:
         """Of the samples since the last call, shape (3, 6)."""

@@ -30,8 +30,13 @@ STRUCK, LOST = 0.05, 0.3
 """Time after which a link on the object, or a tip off it, ends a try [s]."""
 INTEGRAL, TRIM = 5.0, 0.5
 """Rate at which the press is corrected by what the cells feel [1/s], at most by this share."""
-FREE = 8.0
+FREE = 5.0
 """Force on a tip that ends a way through the air [N]."""
+BEHIND, BLOCKED, WAYS = 0.03, 1.0, 4
+"""Joint error at which a way waits [rad], for how long it does [s]; ways on which it may be met."""
+BRISK, SLOWEST = 1.2, 0.1
+"""Rate of a joint from which on sliding slows down [rad/s], to this share at most: near a
+singular posture the arm runs after what a tip does at leisure."""
 SLID = 15
 """Updates from which on a try has learned something of the object's shape."""
 STRETCHED, CURLED = 0.35, 1.8
@@ -96,6 +101,9 @@ class Grasp:
         self._samples: list[Array] = []
         self._reference = np.zeros(JOINTS)
         self._path: Path | None = None
+        self._along = self._waited = 0.0
+        self._met = 0
+        self._pace = 1.0
         self._touched = np.zeros(FINGERS, dtype=bool)
         self._struck = 0.0
         self._off = np.zeros(FINGERS)
@@ -153,18 +161,21 @@ class Grasp:
                 mine.first = (feel.normals.copy(), feel.points(at.x))
                 self.law.reset()
                 self._trim[:] = 0.0
+                self._pace = 1.0
                 self._enter("slide", t, at)
         if self.phase == "slide":
             assert self.slider is not None
             points = feel.points(at.x)
-            self.slider.update(feel.normals, points, at.x)
+            fastest = float(np.abs(at.qd).max())
+            self._pace = min(1.0, self._pace * float(np.sqrt(BRISK / max(fastest, 1e-3))))
+            self._pace = max(self._pace, SLOWEST)
+            self.slider.update(feel.normals, points, at.x, self._pace)
             mine.updates, mine.history = self.slider.updates, self.slider.history
             mine.normals, mine.points = feel.normals.copy(), points
             pressed = np.sum(-feel.force * feel.normals, axis=1)
             self._trim += INTEGRAL * PERIOD * np.where(feel.touching, self._press - pressed, 0.0)
             self._trim = np.clip(self._trim, -TRIM * self._press, TRIM * self._press)
-        limit = FREE if self.phase == "away" else self.plan.hardest
-        if self.phase in ("close", "slide", "away") and hardest > limit:
+        if self.phase in ("close", "slide") and hardest > self.plan.hardest:
             self._fail("too much force on a fingertip", t, at)
 
     def _judge(self, t: float, at: Placed) -> None:
@@ -215,7 +226,14 @@ class Grasp:
                 self._enter("hold", t, at)
         elif self.phase == "away":
             assert self._path is not None
-            if took >= self._path.duration + 0.3:
+            met = self._struck > 0.0 or self.feel.sharp.max() > FREE
+            if self._waited > BLOCKED or (met and self._along > self._path.begins(2)):
+                self._met += 1
+                if self._met < WAYS:
+                    self._leave(t, at)
+                else:
+                    self._stop("met something on its way", t, at)
+            elif self._along >= self._path.duration + 0.3:
                 self._reference = self._path.at(np.inf)[0]
                 self.tries.append(Try())
                 self._enter("tare", t, at)
@@ -225,13 +243,19 @@ class Grasp:
     def _fail(self, why: str, t: float, at: Placed) -> None:
         """End a try; reach anew if there are tries left."""
         self.tries[-1].end = why
-        path = None
         if len(self.tries) < self.plan.tries:
-            path = elsewhere(self.model, self._guess, self.plan, at, self._line(), self._rng)
-        if path is None:
-            self._stop(why, t, at)
+            self._met = 0
+            self._leave(t, at)
         else:
-            self._path = path
+            self._stop(why, t, at)
+
+    def _leave(self, t: float, at: Placed) -> None:
+        """Off the object and to it again from elsewhere."""
+        self._path = elsewhere(self.model, self._guess, self.plan, at, self._line(), self._rng)
+        self._along = self._waited = 0.0
+        if self._path is None:
+            self._stop(self.tries[-1].end, t, at)
+        else:
             self._enter("away", t, at)
 
     def _line(self) -> Array | None:
@@ -259,10 +283,11 @@ class Grasp:
                 dt,
                 at,
                 self.feel.normals,
-                self.slider.references,
+                self.slider.references + (t - self._update) * self.slider.rates,
                 force,
                 expected,
                 self._posture,
+                self.slider.rates,
             )
         if self.phase == "close":
             rates = still.copy()
@@ -287,6 +312,11 @@ class Grasp:
             return self.law.follow(at, q, qd, locked, squeeze, self._bandwidth)
         if self.phase == "away":
             assert self._path is not None
-            q, qd = self._path.at(took)
-            return self.law.follow(at, q, qd, locked, none)
+            # what is in the way holds the reference up: it is not pushed ever harder
+            q, _ = self._path.at(self._along)
+            pace = float(np.clip(2.0 - np.abs(q - at.q).max() / BEHIND, 0.0, 1.0))
+            self._along += pace * dt
+            self._waited = self._waited + dt if pace < 0.1 else 0.0
+            q, qd = self._path.at(self._along)
+            return self.law.follow(at, q, pace * qd, locked, none)
         return self.law.follow(at, self._reference, still, locked, none)

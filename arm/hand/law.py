@@ -30,10 +30,14 @@ class Gains:
     """lambda^2 of the inverse of the nine rows [m^2]."""
     posture: float = 4.0
     """Of flexion and spread, in the null space [1/s]."""
+    haste: float = 0.5
+    """Fastest that posture is sought: what drives the null space moves arm and palm [rad/s]."""
     rest: float = 10.0
     """Damping of the null space [1/s]."""
     edge: float = 0.10
     """Joints are pushed back from this near their limits [rad]."""
+    stop: float = 0.03
+    """This near a limit a joint counts as at it [rad]."""
     saturation: float = 0.001
     """Distance over which the feed-forward against friction builds up [m]."""
     hold: float = 30.0
@@ -72,6 +76,7 @@ class Law:
         force: Array,
         friction: Array,
         posture: Array,
+        rates: Array | None = None,
     ) -> Array:
         """Press and slide with all three fingers, shape (11,) [N m].
 
@@ -84,30 +89,35 @@ class Law:
             force: to press with, shape (3,) [N].
             friction: expected at each tip, shape (3,) [1].
             posture: of spread and flexions where there is freedom, shape (4,) [rad].
+            rates: of the references, in B, shape (3, 3); 0 if not stated [m/s].
         """
         g = self.gains
         away = references - at.x
         along = away - normals * np.sum(away * normals, axis=1)[:, None]
         v = at.v
+        slower = v if rates is None else v - rates
         rows = np.empty((9, JOINTS))
         asked = np.empty(9)
         first, second = tangents(normals)
         w = g.tangent
         for i in range(FINGERS):
             n, s, t, J = normals[i], first[i], second[i], at.JS[i]
-            wish = w * w * along[i] - 2.0 * w * v[i]
+            wish = w * w * along[i] - 2.0 * w * slower[i]
             rows[i], rows[3 + 2 * i], rows[4 + 2 * i] = n @ J, s @ J, t @ J
             asked[i] = -g.normal * (n @ v[i])
             asked[3 + 2 * i], asked[4 + 2 * i] = s @ wish, t @ wish
-        gram = rows @ rows.T
-        gram.flat[::10] += g.damping
         own = self._own(at, posture)
-        qdd = own + rows.T @ np.linalg.solve(gram, asked - rows @ own)
-        # what damping left undone of the normals must not become force
-        upper = rows[:3]
-        qdd += upper.T @ np.linalg.solve(upper @ upper.T, asked[:3] - upper @ qdd)
-        size = np.linalg.norm(along, axis=1)[:, None]
-        drag = (friction * force)[:, None] * along / np.maximum(size, g.saturation)
+        qdd = self._share(rows, asked, own)
+        stopped = self._stopped(at, qdd)
+        if stopped.any():
+            # a joint at its stop is no help: left in, the others would run after what it owes
+            rows[:, stopped] = 0.0
+            own[stopped] = -2.0 * g.rest * at.qd[stopped]
+            qdd = self._share(rows, asked, own)
+        # where the tips are to go, as a speed: friction there is fed forward
+        heading = 0.5 * w * along + (0.0 if rates is None else rates)
+        size = np.linalg.norm(heading, axis=1)[:, None]
+        drag = (friction * force)[:, None] * heading / np.maximum(size, 0.5 * w * g.saturation)
         f = normals * force[:, None] + drag
         tau = at.h + at.M @ qdd + np.einsum("ikj,ik->j", at.JL, f)
         self._rate = 0.9 * (self._rate + dt * qdd) + 0.1 * at.qd
@@ -145,11 +155,28 @@ class Law:
         tau[8 + finger] = at.JL[finger, :, 8 + finger] @ force
         return tau
 
+    def _share(self, rows: Array, asked: Array, own: Array) -> Array:
+        """Accelerations of joints for those of nine rows, normals first, shape (11,)."""
+        gram = rows @ rows.T
+        gram.flat[::10] += self.gains.damping
+        qdd = own + rows.T @ np.linalg.solve(gram, asked - rows @ own)
+        # what damping left undone of the normals must not become force
+        upper = rows[:3]
+        out: Array = qdd + upper.T @ np.linalg.solve(upper @ upper.T, asked[:3] - upper @ qdd)
+        return out
+
+    def _stopped(self, at: Placed, qdd: Array) -> NDArray[np.bool_]:
+        """Which joints are at a limit and would go on into it, shape (11,)."""
+        near = self.gains.stop
+        ahead = at.q + near * np.sign(qdd)
+        out: NDArray[np.bool_] = (ahead < self._model.lower) | (ahead > self._model.upper)
+        return out
+
     def _own(self, at: Placed, posture: Array) -> Array:
         """What the joints would do by themselves: posture, damping, away from limits."""
         g = self.gains
         rate = np.zeros(JOINTS)
-        rate[SPREAD:] = g.posture * (posture - at.q[SPREAD:])
+        rate[SPREAD:] = np.clip(g.posture * (posture - at.q[SPREAD:]), -g.haste, g.haste)
         lower = np.maximum(self._model.lower + g.edge - at.q, 0.0)
         upper = np.maximum(at.q - self._model.upper + g.edge, 0.0)
         rate += 10.0 * (lower - upper)

@@ -123,13 +123,21 @@ class Path:
 
     Args:
         points: joints, shape (11,) each [rad]; the first is where the hand is.
-        speed: largest mean rate of any joint on a leg [rad/s].
+        speed: largest mean rate of any joint on a leg, of all legs or each [rad/s].
     """
 
-    def __init__(self, points: list[Array], speed: float = 0.8) -> None:
+    def __init__(self, points: list[Array], speed: float | list[float] = 0.8) -> None:
         self._points = points
-        self._time = [max(0.2, float(np.abs(b - a).max()) / speed) for a, b in pairwise(points)]
+        speeds = speed if isinstance(speed, list) else [speed] * (len(points) - 1)
+        self._time = [
+            max(0.2, float(np.abs(b - a).max()) / fastest)
+            for (a, b), fastest in zip(pairwise(points), speeds, strict=True)
+        ]
         self.duration = sum(self._time)
+
+    def begins(self, leg: int) -> float:
+        """Time after the start at which a leg begins [s]."""
+        return sum(self._time[:leg])
 
     def at(self, t: float) -> tuple[Array, Array]:
         """References and their rates a time after the start, shape (11,) each."""

@@ -43,8 +43,8 @@ class Way:
     variant: virtual.Variant = "physical"
     radius: float = 0.05
     alpha: float = 0.04
-    most: float = 0.001
-    leash: float = 0.004
+    most: float = 0.0015
+    leash: float = 0.005
     small: float = 0.15
     times: int = 5
     plateau: float = 3.0
@@ -60,15 +60,18 @@ class Slider:
         updates: so far, until it converged.
         converged: since then it goes on, for what is left.
         references: for the tips' middles, in B, shape (3, 3) [m].
+        rates: of them until the next update, in B, shape (3, 3) [m/s].
     """
 
     def __init__(self, way: Way, middles: Array) -> None:
         self.way = way
         self.references = middles.copy()
+        self.rates = np.zeros((3, 3))
         self.rho = self.moment = np.inf
         self.history: list[tuple[float, float]] = []
         self.updates = 0
         self.converged = False
+        self._step = np.zeros((3, 3))
         self._good = 0
         self._least = np.inf
         self._since = 0
@@ -79,15 +82,17 @@ class Slider:
         """Whether there has been no progress for ``Way.plateau``."""
         return not self.converged and self._since * PERIOD >= self.way.plateau
 
-    def update(self, normals: Array, points: Array, middles: Array) -> None:
+    def update(self, normals: Array, points: Array, middles: Array, pace: float = 1.0) -> None:
         """Move the references by one step.
 
         Args:
             normals: into the object, in B, shape (3, 3).
             points: of contact, in B, shape (3, 3) [m].
             middles: of the tips, in B, shape (3, 3) [m].
+            pace: share of ``Way.most`` that joints can follow.
         """
         w = self.way
+        most = pace * w.most
         if w.pair:
             rho, moment = virtual.residuals(normals, points, virtual.PAIR, w.radius, w.variant)
         else:
@@ -100,11 +105,13 @@ class Slider:
         )
         if w.pair:
             step = virtual.displacements(
-                normals, points, virtual.PAIR, w.radius, w.alpha, kind, w.variant, w.most
+                normals, points, virtual.PAIR, w.radius, w.alpha, kind, w.variant, most
             )
         else:
-            step = residuals.displacements(normals, points, w.radius, w.alpha, kind, w.most)
-        away = self.references + step - middles
+            step = residuals.displacements(normals, points, w.radius, w.alpha, kind, most)
+        self.rates = step / PERIOD
+        away = self.references + self._step - middles
+        self._step = step
         away -= normals * np.sum(away * normals, axis=1)[:, None]
         far = np.linalg.norm(away, axis=1)[:, None]
         self.references = middles + away * np.minimum(1.0, w.leash / np.maximum(far, 1e-9))

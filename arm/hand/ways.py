@@ -6,15 +6,23 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation, Slerp
 
-from arm.hand.model import ARM, SPREAD, HandModel, Placed
+from arm.hand.model import ARM, FLEX, SPREAD, HandModel, Placed
 from arm.hand.plan import Plan
 from arm.hand.reaching import Guess, Path, across, look, opened, solve
 
 Array = NDArray[np.float64]
 
-BACK = 0.12
-"""From where the fingers close to where the hand turns about the object [m]."""
+BACK = (0.16, 0.12, 0.08)
+"""From where the fingers close to where the hand turns about the object, the first possible [m]."""
+ROOM = 0.085
+"""Of tips from the object's axis on a way around it; half of what a hand grasps, and a tip [m]."""
+TALL = (-0.15, 0.10)
+"""What is taken for the object: so far below and above the point to grasp [m]."""
 DRAWS = 20
+NEAR, FAR = 0.35, 0.6
+"""Largest mean rate of joints where the object may be met, and elsewhere [rad/s]."""
+FLOOR = -0.07
+"""From the point to grasp downwards; there may be a table below [m]."""
 
 
 def elsewhere(
@@ -42,7 +50,10 @@ def elsewhere(
     open_ = model.robot.hand.open
     wide = opened(at.q[ARM], at.q[SPREAD], min(0.3, open_))
     R, p = model.palm()
-    back = solve(model, R, p - BACK * R[:, 2], rng, near=at.q[ARM])
+    back = None
+    for far in BACK:
+        back = solve(model, R, p - far * R[:, 2], rng, near=at.q[ARM]) if back is None else back
+    best, most = None, -np.inf
     for _ in range(DRAWS):
         tilt, side = rng.uniform(*plan.again), rng.uniform(-1.2, 1.2)
         yaw = rng.uniform(-np.pi, np.pi)
@@ -54,16 +65,20 @@ def elsewhere(
         there = solve(model, R, p, rng, near=back)
         if there is None:
             continue
-        above = solve(model, R, p - BACK * R[:, 2], rng, near=there)
+        above = solve(model, R, p - BACK[0] * R[:, 2], rng, near=there)
         if above is None or np.abs(above - there).max() > 1.0:
             continue
         around = _around(model, guess, back, above, rng) if back is not None else []
-        return Path(
-            [at.q, wide]
-            + [opened(arm, wide[SPREAD], open_) for arm in around]
-            + [opened(above, plan.spread, open_), opened(there, plan.spread, open_)]
-        )
-    return None
+        # wide until the fingers are clear of the object; slow wherever they may touch it
+        points = [at.q, wide] + [opened(arm, wide[SPREAD], wide[FLEX][0]) for arm in around]
+        points += [opened(above, plan.spread, open_), opened(there, plan.spread, open_)]
+        path = Path(points, [NEAR, NEAR] + [FAR] * len(around) + [NEAR])
+        room = _room(model, guess, path, len(around) + 2)
+        if room > ROOM:
+            return path
+        if room > most:
+            best, most = path, room
+    return best
 
 
 def upwards(model: HandModel, q: Array, height: float, rng: np.random.Generator) -> Path:
@@ -78,6 +93,23 @@ def upwards(model: HandModel, q: Array, height: float, rng: np.random.Generator)
     return Path(points, speed=0.25)
 
 
+def _room(model: HandModel, guess: Guess, path: Path, last: int) -> float:
+    """Least distance of a tip from the object's axis, between backing off and going in [m].
+
+    Nothing at all where a tip comes down to what the object stands on.
+    """
+    least = np.inf
+    for t in np.linspace(path.begins(2), path.begins(last), 25):
+        q = path.at(t)[0]
+        x = model.place(q, np.zeros_like(q)).x - guess.point
+        high = x @ guess.axis
+        if high.min() < FLOOR:
+            return -np.inf
+        high = np.clip(high, *TALL)
+        least = min(least, float(np.linalg.norm(x - np.outer(high, guess.axis), axis=1).min()))
+    return least
+
+
 def _around(
     model: HandModel, guess: Guess, back: Array, above: Array, rng: np.random.Generator
 ) -> list[Array]:
@@ -89,8 +121,12 @@ def _around(
     out = [back]
     for s in (0.25, 0.5, 0.75):
         way = (1.0 - s) * a / np.linalg.norm(a) + s * b / np.linalg.norm(b)
-        p = guess.point + far * way / np.linalg.norm(way)
-        arm = solve(model, turn(s).as_matrix(), p, rng, near=out[-1])
+        way /= np.linalg.norm(way)
+        R = turn(s).as_matrix()
+        # the palm goes on looking at the object: else a finger meets it, or the table
+        look_there, _ = Rotation.align_vectors(-way[None], R[None, :, 2])
+        R = look_there.as_matrix() @ R
+        arm = solve(model, R, guess.point + far * way, rng, near=out[-1])
         if arm is not None and np.abs(arm - out[-1]).max() < 1.2:
             out.append(arm)
     return out

@@ -12,7 +12,13 @@ from rich.table import Table
 
 from services.cli.common import Json, console, fail
 from services.cli.progress import busy, progress
-from services.reports.labels import GRASP_LABELS, LABELS, PEN_LABELS, PLATFORM_LABELS
+from services.reports.labels import (
+    BOTTLE_LABELS,
+    GRASP_LABELS,
+    LABELS,
+    PEN_LABELS,
+    PLATFORM_LABELS,
+)
 
 
 def run(
@@ -56,8 +62,13 @@ def run(
         show(done.result)
         what = "log and pictures" if pictures else "log"
         console.print(f"{what} in {folder}", highlight=False, soft_wrap=True)
-    if not done.result["outcome"].startswith("finished") or done.result.get("lifted") is False:
+    if not done.result["outcome"].startswith("finished") or not done_well(done.result):
         raise typer.Exit(1)
+
+
+def done_well(result: dict[str, Any]) -> bool:
+    """Whether what was to be lifted or placed is."""
+    return result.get("lifted") is not False and result.get("placed") is not False
 
 
 def fresh_folder(folder: Path) -> None:
@@ -74,6 +85,9 @@ def show(result: dict[str, Any]) -> None:
     table.add_row("outcome", str(result["outcome"]))
     grasps = "lifted" in result
     pen = PEN_LABELS if result.get("arm_worked", True) and not grasps else {}
+    if "placed" in result:
+        table.add_row("bottle placed", "yes" if result["placed"] else "no")
+        pen = BOTTLE_LABELS
     if grasps:
         table.add_row("box lifted", "yes" if result["lifted"] else "no")
         pen = GRASP_LABELS

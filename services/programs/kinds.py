@@ -11,7 +11,10 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from arm.hds import Finding, Program, Registry
 
-OWNERS = ("arm", "two_arms", "platform", "arm_states", "platform_states", "service_states")
+OWNERS = (
+    *("arm", "two_arms", "hand", "platform"),
+    *("arm_states", "platform_states", "service_states"),
+)
 
 _INTERFACE = re.compile(r"^\s*INTERFACE\s*=\s*(\w+)", re.MULTILINE)
 
@@ -72,6 +75,11 @@ def kind(owner: str) -> Kind:
         from services.live.service_states import STATES as SERVICE_STATES
 
         return Kind(owner, SERVICE_STATES, lambda program: [])
+    if owner == "hand":
+        from arm.hand.nodes import REGISTRY as HANDLING
+        from arm.nodes.build import unusable
+
+        return Kind(owner, HANDLING, lambda program: unusable(HANDLING, program))
     if owner == "platform":
         from base.nodes import REGISTRY as TYPES
         from base.nodes import build

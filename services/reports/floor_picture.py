@@ -20,6 +20,7 @@ from services.reports.floor_things import (
     Way,
     board_ends,
     corners,
+    has_table,
     nearest,
     obstacles,
     seen,
@@ -116,7 +117,7 @@ def _view(way: Way, scenario: Scenario, radius: float) -> tuple[Array, Array]:
     own = np.concatenate(places)
     low, high = own.min(axis=0) - 1.3 * radius, own.max(axis=0) + 1.3 * radius
     place, around = np.array([board.x, board.y]), []
-    if scenario.world.box is not None:  # a table, and no board
+    if has_table(scenario):  # and no board
         table = scenario.world.table
         half = 0.5 * math.hypot(*table.size)
         around.append(np.array([table.x, table.y]) + half * np.array([[-1, -1], [1, 1]]))

@@ -74,7 +74,7 @@ def obstacles(axis: Any, scenario: Scenario) -> None:
             axis.add_patch(Polygon(corners(spec), **style))
     if any(not isinstance(spec, Mover) for spec in scenario.world.obstacle):
         axis.plot([], [], "s", color=STANDS, mec="0.3", ms=10, label="obstacle")
-    if scenario.world.box is not None:  # a table, and no board
+    if has_table(scenario):  # and no board
         _table(axis, scenario)
         return
     ends = board_ends(scenario)
@@ -83,19 +83,27 @@ def obstacles(axis: Any, scenario: Scenario) -> None:
         axis.plot(*ends.T, color="black", lw=4, solid_capstyle="butt", zorder=2.5, label="board")
 
 
+def has_table(scenario: Scenario) -> bool:
+    """Whether there is a table, with something to grasp on it."""
+    return scenario.world.box is not None or scenario.world.bottle is not None
+
+
 def _table(axis: Any, scenario: Scenario) -> None:
-    """Draw the table's top and the box where it stood."""
-    table, box = scenario.world.table, scenario.world.box
-    assert box is not None
-    for spec, depth, width, colour, label in (
-        (table, table.size[0], table.size[1], "0.92", "table"),
-        (box, box.size[0], box.size[1], STANDS, "box, as it stood"),
-    ):
+    """Draw the table's top and what stood on it."""
+    table, box, bottle = scenario.world.table, scenario.world.box, scenario.world.bottle
+    things: list[tuple[Any, float, float, str, str]] = [(table, *table.size, "0.92", "table")]
+    if box is not None:
+        things.append((box, box.size[0], box.size[1], STANDS, "box, as it stood"))
+    for spec, depth, width, colour, label in things:
         c, s = math.cos(spec.yaw), math.sin(spec.yaw)
         own = 0.5 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * [depth, width]
         points = np.array([spec.x, spec.y]) + own @ np.array([[c, s], [-s, c]])
         axis.add_patch(Polygon(points, facecolor=colour, edgecolor="0.3", lw=0.8, zorder=1.2))
         axis.plot([], [], "s", color=colour, mec="0.3", ms=10, label=label)
+    if bottle is not None:
+        axis.plot(bottle.x, bottle.y, "o", color=STANDS, mec="0.3", label="bottle, as it stood")
+    if scenario.task.bottle is not None:
+        axis.plot(*scenario.task.bottle.goal, "o", mfc="none", mec="0.3", label="where it is to go")
 
 
 def seen(axis: Any, log: RunLog, way: Way, robot: Equipped) -> None:

@@ -28,6 +28,19 @@ GRASP_LABELS = {
     "box_tilt_deg": "largest tilt of the box off the table [deg]",
     "palm_force_peak_n": "largest force on a palm [N]",
 }
+BOTTLE_LABELS = {
+    "placed_error_mm": "bottle from its goal [mm]",
+    "placed_tilt_deg": "tilt of the bottle at the end [deg]",
+    "carried_tilt_deg": "largest tilt off the table [deg]",
+    "carried_slip_mm": "moved in the hand off the table [mm]",
+    "tip_force_peak_n": "largest force on a fingertip [N]",
+    "still_rms_mm": "hand in the world while the platform goes to and fro, rms [mm]",
+    "still_max_mm": "the same, largest [mm]",
+    "still_rms_deg": "the same, turned, rms [deg]",
+    "still_platform_mm": "the platform meanwhile, way across [mm]",
+    "still_platform_deg": "the same, turn [deg]",
+    "tries": "reaches",
+}
 LABELS = {
     "estimate_rms_mm": "estimate error, rms [mm]",
     "estimate_rms_deg": "estimate error, rms [deg]",

@@ -17,6 +17,8 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
 from services.logs.runlog import RunLog
+from services.reports.bottle import bottled
+from services.reports.bottle_picture import bottle
 from services.reports.curves import distance_to_path, hermite
 from services.reports.evaluation import Stroke, arm_worked, strokes_of
 from services.reports.floor_picture import floor
@@ -60,7 +62,9 @@ def write_pictures(
 def figures_for(log: RunLog, scenario: Scenario | None = None) -> dict[str, Draw]:
     """The pictures that a run may have, by name; each gives None where it has no data for it."""
     out: dict[str, Draw] = {"estimate": estimate, "torques": torques}
-    if palmed(log) is not None:  # no pen, no board
+    if bottled(log) is not None:
+        out = {"grasp": lambda log, title: bottle(log, title, scenario), **out}
+    elif palmed(log) is not None:  # no pen, no board
         out = {"grasp": grasp, **out}
     else:
         out = {"board": board, "drawing": drawing, **out, "force": force, "sharing": sharing}

@@ -14,7 +14,7 @@ from services.trials.hand_figures import figures
 from services.trials.hand_run import Start, run_hand
 from sim.hand_world import HandMismatch, Setting
 
-ARM_KNOWN, HAND_KNOWN = 1.0, 0.0
+ARM_KNOWN, HAND_KNOWN = 1.0, 1.0
 """Shares of described joint friction that are fed forward; the true one differs by 20 %."""
 
 

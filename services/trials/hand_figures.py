@@ -19,6 +19,8 @@ Array = NDArray[np.float64]
 SMOOTH = round(0.2 / PERIOD)
 """Updates over which residuals are smoothed before they count as rising."""
 RISE = 0.03
+PEAK = 80.0
+"""What a fingertip of this hand survives [N]."""
 FORCE = 0.5
 """Deviation of a fingertip's force from its set point that is still good [N]."""
 
@@ -42,6 +44,7 @@ def figures(trial: Trial) -> dict[str, Any]:
         "force_far": float(np.mean(force > FORCE)) if len(force) else None,
         "normal_rms": float(np.sqrt(np.mean(normal**2))) if len(normal) else None,
         "peak_n": felt.peak,
+        "knock_n": felt.knock,
         "moved_m": trial.moved,
         "tilted": trial.tilted,
         "lifted_m": trial.lifted,
@@ -128,7 +131,8 @@ def lines(rows: list[dict[str, Any]], goal: float, updates: float = 40.0) -> lis
         share("force within 0.5 N in 99 %", (row["force_far"] <= 0.01 for row in found)),
         middle("force error, rms [N]", (row["force_rms"] for row in found)),
         middle("normal error, rms [rad]", (row["normal_rms"] for row in found), goal=0.03),
-        worst("force on a fingertip, peak [N]", (row["peak_n"] for row in rows)),
+        worst("force on a fingertip, peak [N]", (row["peak_n"] for row in rows), goal=PEAK),
+        worst("force on palm or link, peak [N]", (row["knock_n"] for row in rows)),
         middle("simulated [s]", (row["simulated_s"] for row in rows)),
     ]
     if any(row["lifted_m"] for row in rows):

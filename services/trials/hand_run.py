@@ -54,6 +54,7 @@ class Felt:
         force: squared error of the normal force, a row an update [N], of tips' means.
         normal: angles between believed and true normals [rad].
         peak: largest force on a tip in the whole trial [N].
+        knock: the same of palm and links; of a body that is rigid in simulation, over 1 ms.
     """
 
     off: int = 0
@@ -61,6 +62,7 @@ class Felt:
     force: list[list[float]] = field(default_factory=list)
     normal: list[list[float]] = field(default_factory=list)
     peak: float = 0.0
+    knock: float = 0.0
 
 
 @dataclass
@@ -201,8 +203,12 @@ class HandTrial:
         if grasp.phase == "away":
             felt.off = felt.samples = 0
             felt.force, felt.normal = [], []
-        for rows in contacts.values():
-            felt.peak = max(felt.peak, float(np.linalg.norm(rows[:, 3:].sum(axis=0))))
+        for body, rows in contacts.items():
+            size = float(np.linalg.norm(rows[:, 3:].sum(axis=0)))
+            if body.startswith("tip"):
+                felt.peak = max(felt.peak, size)
+            else:
+                felt.knock = max(felt.knock, size)
         for _ in range(self._substeps):
             world.step(self._tau)
 

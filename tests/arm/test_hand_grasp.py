@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 
 from arm.hand.feel import Feel
+from arm.hand.law import Law
 from arm.hand.model import HandModel
 from arm.hand.reaching import DEPTH, Guess, Path, across, look, opened, solve
-from arm.hand.sliding import Slider, Way
+from arm.hand.sliding import PERIOD, Slider, Way
 from arm.hand.squeeze import internal
+from arm.hand.ways import _room
 
 UP = np.array([0.0, 0.0, 1.0])
 GUESS = Guess(np.array([0.5, 0.0, 0.63]), UP)
@@ -122,3 +124,81 @@ def test_a_cell_that_does_not_vary_is_dead_and_one_that_is_not_a_number_too() ->
     samples[:, 1] = 0.3
     samples[7, 2, 4] = np.nan
     assert Feel(0.012).tare(samples) == [1, 2]
+
+
+def test_a_slider_tells_how_fast_its_references_go_and_no_faster_than_joints_follow() -> None:
+    """Along the surface, at most ``most`` an update; a pace is a share of it."""
+    rng = np.random.default_rng(2)
+    normals = rng.normal(size=(3, 3))
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    x = rng.normal(size=(3, 3)) * 0.05
+    way = Way()
+    for pace in (1.0, 0.25):
+        slider = Slider(way, x)
+        slider.update(normals, x, x, pace)
+        assert np.abs(np.sum(slider.rates * normals, axis=1)).max() < 1e-12
+        fastest = np.linalg.norm(slider.rates, axis=1).max() * PERIOD
+        assert fastest == pytest.approx(pace * way.most)
+
+
+def test_a_joint_at_its_stop_is_asked_for_nothing_and_the_tips_move_all_the_same(
+    model: HandModel,
+) -> None:
+    """Left in, it would owe its share, and the other joints would run after it."""
+    q = opened(np.array(model.robot.arm.rest), 0.5, 0.95)
+    at_rest = model.place(q, np.zeros(11))
+    normals = np.array([[1.0, 0.0, 0.0], [-0.8, 0.6, 0.0], [-0.8, -0.6, 0.0]])
+    references = at_rest.x + [0.0, 0.0, 0.003]
+    none = np.zeros(3)
+    law = Law(model)
+
+    def accelerations(q: np.ndarray) -> np.ndarray:
+        at = model.place(q, np.zeros(11))
+        tau = law.slide(0.002, at, normals, references, none, none, q[7:])
+        return np.asarray(np.linalg.solve(at.M, tau - at.h))
+
+    free = accelerations(q)
+    joint = int(np.argmax(np.abs(free[:7])))
+    lower, upper = model.lower.copy(), model.upper.copy()
+    (model.upper if free[joint] > 0.0 else model.lower)[joint] = q[joint]
+    try:
+        stopped = accelerations(q)
+    finally:
+        model.lower[:], model.upper[:] = lower, upper
+    assert abs(free[joint]) > 0.5
+    assert abs(stopped[joint]) < 1e-6
+    wished = at_rest.JS @ free
+    assert np.abs(at_rest.JS @ stopped - wished).max() < 0.1 * np.abs(wished).max()
+
+
+def test_legs_have_speeds_of_their_own() -> None:
+    """Slow near the object, faster elsewhere; legs begin where the ones before end."""
+    a, b = np.zeros(11), np.full(11, 0.7)
+    path = Path([a, b, a], [0.35, 0.7])
+    assert path.begins(1) == pytest.approx(2.0)
+    assert path.duration == pytest.approx(3.0)
+
+
+def test_a_way_has_room_around_the_object_and_none_through_it_or_down_to_the_table(
+    model: HandModel,
+) -> None:
+    """Told by the tips, from where the point to grasp is believed to be."""
+    rng = np.random.default_rng(0)
+    poses = []
+    for side in (0.0, 0.3):
+        R, p = look(GUESS, 0.8, side, 0.0)
+        arm = solve(model, R, p - 0.16 * R[:, 2], rng)
+        assert arm is not None
+        poses.append(opened(arm, 0.3, 0.3))
+    R, p = look(GUESS, 0.8, 0.0, 0.0)
+    arm = solve(model, R, p, rng)
+    assert arm is not None
+    inside = opened(arm, 0.3, 0.65)
+
+    def room(end: np.ndarray) -> float:
+        return _room(model, GUESS, Path([poses[0], poses[0], poses[0], end]), 3)
+
+    assert room(poses[1]) > 0.1
+    assert room(inside) < 0.07
+    high = Guess(GUESS.point + [0.0, 0.0, 0.3], UP)
+    assert _room(model, high, Path([poses[0], poses[0], poses[0], poses[1]]), 3) == -np.inf

@@ -1,0 +1,225 @@
+"""Runs a program of an arm with a hand: reads states and estimate, steps the node, torques out.
+
+Its states are those of ``arm_states.hds``. Whatever interrupts a program, joints are held where
+they were meant to be and a bottle between the fingers stays squeezed.
+"""
+
+from __future__ import annotations
+
+from pathlib import PurePath
+
+import numpy as np
+
+from arm.hand.handling import Handling, Scene
+from arm.hand.model import Placed
+from arm.hand.nodes import Control, Step, build
+from arm.hand.nodes.node import quantities
+from arm.hds import Program
+from arm.platform_motion import PlatformMotion
+from arm.program_runner import ProgramRunner
+from deploy.task import BottleTask
+from services.messages import ArmCommand, ArmState, ArmStatus, Estimate, HandCommand, HandState
+
+LONGEST_TICK = 0.05
+"""After a gap in the state longer than this everything starts anew [s]."""
+STATUS_PERIOD = 0.02
+"""[s]"""
+PATIENCE = 0.1
+"""A joint may be faster than its limit for this long [s]."""
+
+
+class HandExecutive(ProgramRunner):
+    """The process of an arm with a hand without its process.
+
+    Args:
+        robot: name of the robot's folder in deploy/robots.
+        task: what to fetch.
+        seed: of the reaches that are drawn.
+
+    Attributes:
+        hand_command: torques of the hand of the last step.
+    """
+
+    def __init__(self, robot: str, task: BottleTask, seed: int = 0) -> None:
+        super().__init__("the arm is", build)
+        self._platform = PlatformMotion()
+        self._t: float | None = None
+        self._note = self._cause = ""
+        self.hand = Handling(robot, task, seed)
+        model = self.hand.model
+        self._speed_limit = np.array(model.robot.arm.velocity_limit)
+        self._fast = 0.0
+        self._node: Control | None = None
+        self._step = Step()
+        self._hand_state: HandState | None = None
+        self.hand_command = HandCommand(t=0.0, tau=np.zeros(4))
+        self._at: Placed | None = None
+        self._in_node = 0.0
+        self._new_node = False
+        self._goals = 0
+        self._status_due = 0.0
+        self._joint_margin = 0.0
+
+    def see_hand(self, state: HandState) -> None:
+        """Take in the hand's newest state; needed before the first step."""
+        self._hand_state = state
+
+    def step(self, arm: ArmState, estimate: Estimate | None) -> tuple[ArmCommand, ArmStatus | None]:
+        """Torques for one state of arm and hand, and a status when one is due.
+
+        Those of the hand are ``hand_command``.
+        """
+        hand = self._hand_state
+        assert hand is not None
+        dt = self.hand.model.robot.period if self._t is None else arm.t - self._t
+        first = self._t is None
+        if dt > LONGEST_TICK:
+            dt = self.hand.model.robot.period
+            if self._working:
+                self._interrupt("Failed", "the arm's own state was late")
+        self._t = arm.t
+        problem = self._platform.follow(dt, arm.t, estimate)
+        if problem and self._working:
+            self._interrupt("Failed", problem)
+        elif estimate is not None:
+            self._look_at_age(arm.t - estimate.t)
+        self.hand.model.move(self._platform.base)
+        q, qd = np.concatenate([arm.q, hand.q]), np.concatenate([arm.qd, hand.qd])
+        at = self.hand.model.place(q, qd)
+        self._at = at
+        if first:
+            self.hand.take(at)
+        scene = Scene(dt, arm.t, at, hand.cells, hand.struck, self._platform.base)
+        self.hand.sense(scene, self._node is not None and self._node.feels)
+        if self._working:
+            self._run(scene)
+        tau = self._step.torque if self._working else None
+        if tau is None:
+            tau = self.hand.torque(at)
+        self._watch(dt, q, qd)
+        self.hand_command = HandCommand(t=hand.t, tau=tau[7:])
+        return ArmCommand(t=arm.t, tau=tau[:7]), self._status(arm.t)
+
+    def _watch(self, dt: float, q: np.ndarray, qd: np.ndarray) -> None:
+        """Stop what leaves its limits."""
+        model = self.hand.model
+        self._joint_margin = float(np.minimum(q - model.lower, model.upper - q)[:7].min())
+        share = np.abs(qd[:7]) / self._speed_limit
+        self._fast = self._fast + dt if share.max() > 1.0 else 0.0
+        if self._fast > PATIENCE:
+            joint = model.robot.arm.joints[int(share.argmax())]
+            self.protective_stop(f"velocity limit of {joint}")
+
+    # --- the program ------------------------------------------------------------------------
+
+    def start(self, program: Program) -> None:
+        """Run a checked program; what was tried before is forgotten."""
+        super().start(program)
+        self._note = self._cause = ""
+        self.hand.begin()
+
+    @property
+    def sees(self) -> bool:
+        """Whether there is a usable estimate of the platform."""
+        return self._t is not None and not self._platform.problem
+
+    def signal(self, name: str) -> None:
+        """Tell the program of an event outside it.
+
+        Raises:
+            ValueError: always; no node type of a hand waits for one.
+        """
+        raise ValueError(f"no node waits for an event {name!r}")
+
+    def _problem(self) -> str:
+        return self._platform.problem
+
+    def _run(self, scene: Scene) -> None:
+        """Step the node, follow its events and guards."""
+        self._new_node = False
+        if self._start_node:
+            self._start_node = False
+            self._next_node(scene)
+        if self._node is None:
+            return
+        self._update(scene)
+        if self._guarded(scene):
+            self._update(scene)
+        # what follows takes over within this tick; the language refuses cycles that take no time
+        while self._step.event is not None and self._working:
+            assert self._automaton is not None
+            self._event, self._note = self._step.event, self._step.reason
+            self._cause = self._step.reason or self._cause
+            self._automaton.fire(self._step.event)
+            self._next_node(scene)
+            if self._working:
+                self._update(scene)
+
+    def _update(self, scene: Scene) -> None:
+        assert self._node is not None
+        before = self._step.goal
+        step = self._step = self._node.update(scene, self.hand)
+        if step.goal is None:
+            self._changed |= before is not None
+        elif before is None or (step.goal != before).any():
+            self._goals += 1
+            self._changed = True
+
+    def _guarded(self, scene: Scene) -> bool:
+        """Follow a guard that holds, unless the node is new or has raised an event."""
+        automaton = self._automaton
+        if not self._working or automaton is None or self._new_node:
+            return False
+        self._in_node += scene.dt
+        if self._step.event is not None or not automaton.guards:
+            return False
+        if automaton.check_guards(quantities(self.hand, self._in_node)) is None:
+            return False
+        self._event, self._note = automaton.history[-1].event, ""
+        self._next_node(scene)
+        return self._working
+
+    def _next_node(self, scene: Scene) -> None:
+        """Enter the automaton's current node."""
+        assert self._automaton is not None
+        self._in_node, self._new_node, self._changed = 0.0, True, True
+        node = self._automaton.node
+        if self._automaton.finished:
+            self._halt(keep_place=True)
+            self.states.fire("Done", self._cause or ("" if node.name == "End" else node.name))
+            return
+        self._node = build(node, self._automaton.program)
+        self._node.enter(scene, self.hand)
+
+    def _drop(self, stopped: bool) -> None:
+        self._halt(keep_place=True)
+
+    def _halt(self, keep_place: bool) -> None:
+        if self._step.torque is not None and self._at is not None:
+            self.hand.take(self._at)  # a grasp is cut off: its fingers stay where they are
+        self._changed |= self._step.goal is not None
+        self._node, self._step = None, Step()
+        self.hand.stay()
+
+    def _status(self, now: float) -> ArmStatus | None:
+        if not self._changed and now + 1e-9 < self._status_due:
+            return None
+        self._changed = False
+        self._status_due = now + STATUS_PERIOD
+        automaton, goal = self._automaton, self._step.goal
+        return ArmStatus(
+            t=now,
+            state=self.state,
+            program=PurePath(automaton.program.path).name if automaton else "",
+            node=automaton.node.name if automaton else "",
+            event=self._event,
+            transitions=automaton.transitions if automaton else 0,
+            reason=self.reason or self._note,
+            force=float(np.linalg.norm(self.hand.feel.force, axis=1).min()),
+            force_reference=self.hand.squeeze,
+            joint_margin=self._joint_margin,
+            goal_number=0 if goal is None else self._goals,
+            goal=np.zeros(3) if goal is None else goal,
+            stand=self._step.stand,
+            residuals=np.zeros(0) if self._step.residuals is None else self._step.residuals,
+        )
