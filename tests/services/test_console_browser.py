@@ -161,8 +161,8 @@ def test_a_person_sees_it_move_pushes_it_sends_it_away_stops_and_resets_it(
             # pushed: the disturbance acts, and the estimate has seen the platform move
             x0, _ = x_and_y(page)
             tab(page, "Disturb")
-            fill(page, "force", "600")
-            fill(page, "duration", "1")
+            fill(page, "force", "150")
+            fill(page, "duration", "0.3")
             fill(page, "direction", "180")
             page.get_by_role("button", name="push now").click()
             until(lambda: "push: accepted" in text(page), "the answer to the push")
