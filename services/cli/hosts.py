@@ -95,6 +95,7 @@ def up(
         return argv + (["--until-finished"] if host == arm else [])
 
     started = threading.Event()
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # leave nothing behind
 
     def tell(host: str) -> None:
         for line in running[host].stdout or ():
