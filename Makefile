@@ -40,8 +40,10 @@ check: setup  ## lint, format, types, who imports whom
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
+# on simulated time side by side; what starts real processes alone on the machine
 pytest: setup
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n auto --maxprocesses 4 -m "not processes and not browser"
+	$(BIN)/python -m pytest -m "processes or browser"
 
 docs: setup  ## the pages of docs/ as a site in build/site, warnings as errors
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet --strict --site-dir build/site

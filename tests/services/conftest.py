@@ -15,9 +15,12 @@ sys.path.insert(0, HERE)
 os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [HERE, os.environ.get("PYTHONPATH", "")]))
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def shared_robot() -> Iterator[Path]:
-    """Home of one robot for all who only talk to it; a short path, for its sockets are in it."""
+    """Home of one robot for all who only talk to it; a short path, for its sockets are in it.
+
+    It runs as fast as it can, and so not longer than the module that needs it.
+    """
     from live_robot import running
 
     with TemporaryDirectory(prefix="sh") as home, running(Path(home)):

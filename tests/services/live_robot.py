@@ -15,9 +15,9 @@ from services.script import NotRunning, Silent, connect
 ROOT = Path(__file__).parents[2]
 COMMAND = "steadyhand up whiteboard_moving"
 """What a person would type; paced, the same happens however busy the machine is."""
-LONGEST = 600
+LONGEST = 300
 """Of robot time, so that nothing is left running for ever should a test run be killed [s]."""
-PATIENCE = 600.0
+PATIENCE = 120.0
 """For what happens in seconds on a quiet machine [s]."""
 
 
