@@ -77,7 +77,7 @@ def whole_records(path: Path, topics: Collection[str] | None = None) -> Iterator
     begins_as_log(path)
     try:
         with path.open("rb") as stream:
-            reader = make_reader(stream)
+            reader = make_reader(stream, validate_crcs=True)
             try:
                 header = reader.get_header()
                 if reader.get_summary() is None:

@@ -10,14 +10,14 @@ from __future__ import annotations
 
 from typing import Any
 
-from services.topics import PROCESSES, RECORDER, SERVICES, TOPICS, key, request_key
+from services.topics import CONSOLE, PROCESSES, RECORDER, SERVICES, TOPICS, key, request_key
 
 OPERATOR = "operator"
 """A person who may ask for anything and hear everything."""
 WATCHER = "watcher"
 """A person who may hear everything."""
 PEOPLE = (OPERATOR, WATCHER)
-ROLES = (*PROCESSES, *PEOPLE)
+ROLES = (*PROCESSES, CONSOLE, *PEOPLE)
 
 
 def common_name(robot: str, role: str) -> str:
@@ -35,13 +35,13 @@ def hears(robot: str, role: str) -> list[str]:
     return [
         key(robot, topic)
         for topic in TOPICS.values()
-        if role in topic.readers or role in (RECORDER, *PEOPLE)
+        if role in topic.readers or role in (RECORDER, CONSOLE, *PEOPLE)
     ]
 
 
 def asks(robot: str, role: str) -> list[str]:
     """Keys a role may send requests to."""
-    return [request_key(robot, "*", "*")] if role == OPERATOR else []
+    return [request_key(robot, "*", "*")] if role in (OPERATOR, CONSOLE) else []
 
 
 def answers(robot: str, role: str) -> list[str]:

@@ -166,7 +166,7 @@ def test_only_an_operator_is_answered(place: Place) -> None:
 
     def loop() -> None:
         while not done.wait(0.005):
-            requests.run_pending()
+            requests.run_pending(0.0)
 
     thread = threading.Thread(target=loop)
     thread.start()
