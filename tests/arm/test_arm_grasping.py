@@ -41,7 +41,9 @@ def scene(x: float = 0.6, y: float = 0.0, force: float = 0.0) -> Scene:
 
 def hands() -> Hands:
     """Of the robot."""
-    return Hands(np.array(MODEL.robot.arms.rest), MODEL.q_lower, MODEL.q_upper)
+    robot = MODEL.robot
+    ends = MODEL.q_lower, MODEL.q_upper
+    return Hands(np.array(robot.arms.rest), *ends, robot.palms.pad.stiffness)
 
 
 def test_the_parallel_controller_is_derived_as_in_the_paper() -> None:
