@@ -33,7 +33,8 @@ def palms(row: Mapping[str, Any]) -> Figure:
             x, y, dx, dy = path[int(np.argmin(np.abs(t - moment)))]
             a = np.array([[-(y - PALM * dy), x - PALM * dx], [-(y + PALM * dy), x + PALM * dx]])
             axis.plot(*a.T, color=colour, lw=3)
-            at = {"B": (a[:, 0].mean(), a[:, 1].mean(), 8, -3), "C": (*a[0], -3, -12)}
+            outside = -16 if name == PALMS[0] else 8
+            at = {"B": (*a.mean(axis=0), outside, -3), "C": (*a[0], -3, -12)}
             *end, right, up = at.get(letter, (*a[1], -3, 4))
             axis.annotate(letter, end, textcoords="offset points", xytext=(right, up))
     _square(axis, "palms while they grasp")
