@@ -77,7 +77,7 @@ def test_palms_that_touch_before_the_line_press_lightly_and_go_on_to_it() -> Non
 
 
 def test_a_box_turned_at_arm_s_length_is_out_of_the_approach() -> None:
-    """The palm on its farther side holds it with an elbow at its end, and cannot lift it."""
+    """The palm on its farther side holds it with a joint at its end, and cannot lift it."""
     regions, far = Regions(), scene(0.69)
     regions.step(scene(0.60), held=False)
     regions.step(far, held=False)
