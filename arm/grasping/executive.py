@@ -59,7 +59,9 @@ class GraspExecutive(ProgramRunner):
         super().__init__("the arms are", build)
         self.model = TwoArmModel(robot)
         arms = self.model.robot.arms
-        self.hands = Hands(np.array(arms.rest), self.model.q_lower, self.model.q_upper)
+        ends = self.model.q_lower, self.model.q_upper
+        pad = self.model.robot.palms.pad.stiffness
+        self.hands = Hands(np.array(arms.rest), *ends, pad)
         self.feel = Feel()
         self.regions = Regions()
         self._law = Law(self.model, gains)

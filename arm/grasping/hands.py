@@ -79,10 +79,11 @@ class Hands:
     Args:
         rest: posture of both arms, shape (14,) [rad].
         lower, upper: ends of the joints, shape (14,) [rad].
+        pad: stiffness of the palms [N/m].
     """
 
-    def __init__(self, rest: Array, lower: Array, upper: Array) -> None:
-        self.reach, self.force, self.moment = Reach(), Inward(), Flat()
+    def __init__(self, rest: Array, lower: Array, upper: Array, pad: float) -> None:
+        self.reach, self.force, self.moment = Reach(), Inward(pad), Flat()
         self.yields = Yield()
         self.above = Above()
         self.ends = Ends(lower, upper)

@@ -140,6 +140,10 @@ class Inward(Objective):
         quick: palms go to ``BRAKES`` before the sides in the time of their ``glide``, and only from
             there on at the speed at which they may touch.
         glide: of the palms inward, while they touch nothing.
+
+    Args:
+        pad: stiffness of the palms [N/m]. While the force rises they go on by what their pads give
+            way: held up by the damping instead, they would be turned onto an edge.
     """
 
     name = "force"
@@ -153,7 +157,8 @@ class Inward(Objective):
     INTEGRAL, MOST = 4.0, 10.0
     LEAN, LEAN_RATE, LEAN_MOST = 300.0, 300.0, 8.0
 
-    def __init__(self) -> None:
+    def __init__(self, pad: float) -> None:
+        self._pad = pad
         self.goal = 25.0
         self.force = np.zeros(2)
         self.gaps = np.full(2, -1.0)
@@ -199,12 +204,14 @@ class Inward(Objective):
             if self._reference[i] == 0.0:
                 self._reference[i] = self.LIGHT
             step = self.RAMP * dt
-            self._reference[i] += min(max(goal - self._reference[i], -step), step)
+            change = min(max(goal - self._reference[i], -step), step)
+            self._reference[i] += change
             error = self._reference[i] - feel.force[i]
             integral = self._integral[i] + self.INTEGRAL * error * dt
             self._integral[i] = min(max(integral, -self.MOST), self.MOST)
             self.force[i] = self._reference[i] + self._integral[i] + side * lean
-            rate.append(min(max(self.DAMPING * error, -self.CREEP), self.CREEP))
+            damping = min(max(self.DAMPING * error, -self.CREEP), self.CREEP)
+            rate.append(damping + change / dt / self._pad)
         return stack(J, rate)
 
     def keep(self, scene: Scene | None) -> None:
@@ -348,7 +355,7 @@ class Preshape(Objective):
 
     name = "preshape"
     FASTEST = 1.2
-    OPEN = 0.04
+    OPEN = 0.02
     """Of the fingers, outwards [rad]."""
 
     def __init__(self) -> None:

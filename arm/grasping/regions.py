@@ -23,6 +23,8 @@ class Edges:
 
     distance: tuple[float, float] = (0.68, 0.70)
     """Of the box from B, over the floor [m]."""
+    farthest: tuple[float, float] = (0.71, 0.72)
+    """Of the farther side's middle from B, ahead: beyond it a palm can hold, and not lift [m]."""
     nearest: tuple[float, float] = (0.50, 0.46)
     """Nearer than this it is too near [m]."""
     aside: tuple[float, float] = (0.10, 0.14)
@@ -66,7 +68,8 @@ class Regions:
         distance = math.hypot(x, y)
         yaw = abs(math.atan2(-float(box.R[0, 1]), float(box.R[1, 1])))
         was = 1 if inside["approach"] else 0
-        near = distance <= e.distance[was] and x >= e.nearest[was]
+        far = x + 0.5 * float(box.size[1]) * math.sin(yaw)
+        near = distance <= e.distance[was] and x >= e.nearest[was] and far <= e.farthest[was]
         inside["approach"] = held or (near and abs(y) <= e.aside[was] and yaw <= e.facing[was])
         n = box.across
         self.line = max(

@@ -12,7 +12,7 @@ from scipy.signal import savgol_filter
 from scipy.spatial.transform import Rotation
 
 from services.messages import ObjectEstimate, Truth
-from services.trials.grasp_run import PALMS, Recorded, turned
+from services.trials.grasp_run import PALMS, Recorded, from_line, least_force, turned
 
 Array = NDArray[np.float64]
 
@@ -20,6 +20,10 @@ TABLE = 0.6
 """A box whose middle is below this is off the table [m]."""
 LIFTED = 0.15
 """Above where it stood a box is lifted [m]."""
+ON_LINE = 0.014
+"""Both palms this near to the line through the box are on it [m]."""
+TOUCHES = 2.0
+"""Force from which a palm touches [N]."""
 SMOOTH = 25
 """Samples of 8 ms over which the palms' paths are smoothed for their jerk."""
 STAGES = {
@@ -30,7 +34,8 @@ STAGES = {
     "touch": ("Comply",),
     "comply": ("Lift",),
 }
-"""Nodes whose first entry is a stage of Fig 7; variants in which none occurs have no such stage."""
+"""Nodes whose first entry is a stage of Fig 7; a variant in which none occurs, or none later than
+the stage before, has no such stage."""
 
 
 def figures(log: Recorded) -> dict[str, Any]:
@@ -60,15 +65,17 @@ def figures(log: Recorded) -> dict[str, Any]:
     # from the entry of the first controller to that of the lift, settling included
     out["grasp_s"] = None if first is None or comply is None else comply - first
     out["start_s"] = first
+    out["moments"] = moments(truth, first, comply)
     out["jerk_rms"] = None
     if first is not None and comply is not None:
         out["jerk_rms"] = jerk(truth, first, comply)
     out |= carried(truth, comply, held)
-    out["stages"] = {
-        name: at
-        for name, nodes in STAGES.items()
-        if (at := stage(log, [entered[n] for n in nodes if n in entered])) is not None
-    }
+    out["stages"], seen = {}, -math.inf
+    for name, nodes in STAGES.items():
+        begun = min((entered[n] for n in nodes if n in entered), default=-math.inf)
+        at = stage(log, begun) if begun > seen else None
+        if at is not None:
+            out["stages"][name], seen = at, begun
     out["paths"] = paths(truth)
     return out
 
@@ -90,6 +97,17 @@ def entries(log: Recorded) -> dict[str, float]:
             out[m.node] = m.t
         before = m.node
     return out
+
+
+def moments(truth: list[Truth], first: float | None, last: float | None) -> list[float]:
+    """Start, both palms first on the line, both touching, lift [s]; of what is not run as three
+    nodes as well, so told by the truth; none without a lift."""
+    if first is None or last is None:
+        return []
+    mine = [m for m in truth if first <= m.t <= last]
+    reached = next((m.t for m in mine if from_line(m) < ON_LINE), last)
+    touched = next((m.t for m in mine if m.t >= reached and least_force(m) > TOUCHES), last)
+    return [first, reached, touched, last]
 
 
 def jerk(truth: list[Truth], first: float, last: float) -> float:
@@ -128,11 +146,9 @@ def _in_palm(m: Truth) -> Array:
     return np.asarray(np.mean(seen, axis=0))
 
 
-def stage(log: Recorded, times: list[float]) -> list[float] | None:
+def stage(log: Recorded, t: float) -> list[float] | None:
     """Error of the estimate there, x, y of the box [mm], yaw [mrad], and its stated deviation."""
-    if not times:
-        return None
-    at = [m for m in log.box if m.t <= min(times) + 1e-9]
+    at = [m for m in log.box if m.t <= t + 1e-9]
     if not at:
         return None
     found = error(log, at[-1])
@@ -176,9 +192,9 @@ def nees(log: Recorded) -> float | None:
 
 
 def paths(truth: list[Truth]) -> dict[str, list[list[float]]]:
-    """Platform and palms over the floor, relative to where the box stood, at 12 Hz [m]."""
+    """Platform and palms over the floor, relative to where the box stood, at 25 Hz [m]."""
     x, y, _ = truth[0].bodies["box"][:3]
-    thin = truth[::10]
+    thin = truth[::5]
     out = {"base": [[round(m.pose[0] - x, 3), round(m.pose[1] - y, 3)] for m in thin]}
     for name in PALMS:
         out[name] = [

@@ -22,28 +22,23 @@ LETTERS = "ABCD"
 
 
 def palms(row: Mapping[str, Any]) -> Figure:
-    """Fig 4: both palms as paddles at the start (A), after reach (B), touch (C), comply (D)."""
+    """Fig 4: both palms as paddles at the start (A), on the line (B), touching (C), flat (D)."""
     figure, axis = plt.subplots(figsize=(5, 5), layout="constrained")
     _box(axis)
     t = np.array(row["paths"]["t"])[:, 0]
-    times = moments(row, t)
     for name, colour in zip(PALMS, (DRAWN, MEANT), strict=True):
         path = np.array(row["paths"][name])
         axis.plot(-path[:, 1], path[:, 0], color=colour, lw=0.8, alpha=0.6)
-        for letter, moment in zip(LETTERS, times, strict=False):
+        for letter, moment in zip(LETTERS, row["moments"], strict=True):
             x, y, dx, dy = path[int(np.argmin(np.abs(t - moment)))]
             a = np.array([[-(y - PALM * dy), x - PALM * dx], [-(y + PALM * dy), x + PALM * dx]])
             axis.plot(*a.T, color=colour, lw=3)
-            axis.annotate(letter, (-y, x), textcoords="offset points", xytext=(6, -3))
+            outside = -16 if name == PALMS[0] else 8
+            at = {"B": (*a.mean(axis=0), outside, -3), "C": (*a[0], -3, -12)}
+            *end, right, up = at.get(letter, (*a[1], -3, 4))
+            axis.annotate(letter, end, textcoords="offset points", xytext=(right, up))
     _square(axis, "palms while they grasp")
     return figure
-
-
-def moments(row: Mapping[str, Any], t: np.ndarray) -> list[float]:
-    """Start of the reach, half and three quarters of the way to the lift, the lift [s]."""
-    start = row["start_s"] or 0.0
-    took = row["grasp_s"] or float(t[-1]) - start
-    return [start, start + 0.55 * took, start + 0.85 * took, start + took]
 
 
 def overhead(rows: Sequence[Mapping[str, Any]]) -> Figure:
@@ -73,23 +68,36 @@ def variances(stages: Mapping[str, np.ndarray]) -> Figure:
         axis.bar(where - 0.2, measured, 0.4, color=DRAWN, label="of the error")
         axis.bar(where + 0.2, stated, 0.4, color=ERROR, alpha=0.5, label="stated")
         axis.set_yscale("log")
+        ends = np.log10([min(measured + stated), max(measured + stated)])
+        axis.set_ylim(
+            10.0 ** np.floor(ends[0]), 10.0 ** np.ceil(ends[1])
+        )  # bars from a whole decade
         axis.set_xticks(where, list(stages))
         axis.set_title(f"variance, {label}")
-    axes[0].legend()
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
     return figure
 
 
-def palm_paths(rows: Sequence[Mapping[str, Any]]) -> Figure:
-    """Fig 8: paths of the palms, seen from above."""
-    figure, axis = plt.subplots(figsize=(5, 5), layout="constrained")
-    _box(axis)
-    for row in rows:
-        t = np.array(row["paths"]["t"])[:, 0]
-        started = t >= (row["start_s"] or 0.0)
-        for name, colour in zip(PALMS, (DRAWN, MEANT), strict=True):
-            path = np.array(row["paths"][name])[started]
-            axis.plot(-path[:, 1], path[:, 0], color=colour, lw=1)
-    _square(axis, f"palm paths of {len(rows)} trials")
+def palm_paths(variants: Mapping[str, Sequence[Mapping[str, Any]]]) -> Figure:
+    """Fig 8: paths of the palms up to the lift, seen from above; variants beside each other."""
+    figure, axes = plt.subplots(
+        1,
+        len(variants),
+        figsize=(1.0 + 4.0 * len(variants), 4.5),
+        sharex=True,
+        sharey=True,
+        squeeze=False,
+        layout="constrained",
+    )
+    for axis, (variant, rows) in zip(axes[0], variants.items(), strict=True):
+        _box(axis)
+        for row in rows:
+            t = np.array(row["paths"]["t"])[:, 0]
+            mine = (t >= row["moments"][0]) & (t <= row["moments"][-1])
+            for name, colour in zip(PALMS, (DRAWN, MEANT), strict=True):
+                path = np.array(row["paths"][name])[mine]
+                axis.plot(-path[:, 1], path[:, 0], color=colour, lw=1)
+        _square(axis, f"{variant} palm paths, {len(rows)} trials".strip())
     return figure
 
 

@@ -129,17 +129,25 @@ def run_trial(scenario: Scenario, seed: int, hold: float, shove: Shove | None = 
 
 def due(phase: str, truth: Truth) -> bool:
     """Whether a phase has come."""
-    box = np.array(truth.bodies["box"][:3])
-    forces = [math.hypot(*truth.forces[name]) for name in PALMS]
     if phase == "touch":
-        return min(forces) > 2.0
+        return least_force(truth) > 2.0
     if phase == "grip":
-        return min(forces) > 20.0
+        return least_force(truth) > 20.0
     if phase == "lift":
-        return min(forces) > 10.0 and truth.bodies["box"][2] > 0.839 + 0.05
-    R = turned(truth.bodies["box"])
+        return least_force(truth) > 10.0 and truth.bodies["box"][2] > 0.839 + 0.05
+    return from_line(truth) < 0.08
+
+
+def least_force(truth: Truth) -> float:
+    """Of both palms, on the one that is pressed less [N]."""
+    return min(math.hypot(*truth.forces[name]) for name in PALMS)
+
+
+def from_line(truth: Truth) -> float:
+    """Of the palm that is farther from the line across the box, through its middle [m]."""
+    R, box = turned(truth.bodies["box"]), np.array(truth.bodies["box"][:3])
     offsets = [R.T @ (np.array(truth.bodies[name][:3]) - box) for name in PALMS]
-    return max(math.hypot(o[0], o[2]) for o in offsets) < 0.08
+    return max(math.hypot(o[0], o[2]) for o in offsets)
 
 
 def turned(pose: list[float]) -> Array:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from arm.control.priority import priorities
 from arm.grasping.feel import Feel
@@ -41,7 +42,9 @@ def scene(x: float = 0.6, y: float = 0.0, force: float = 0.0) -> Scene:
 
 def hands() -> Hands:
     """Of the robot."""
-    return Hands(np.array(MODEL.robot.arms.rest), MODEL.q_lower, MODEL.q_upper)
+    robot = MODEL.robot
+    ends = MODEL.q_lower, MODEL.q_upper
+    return Hands(np.array(robot.arms.rest), *ends, robot.palms.pad.stiffness)
 
 
 def test_the_parallel_controller_is_derived_as_in_the_paper() -> None:
@@ -71,6 +74,28 @@ def test_palms_that_touch_before_the_line_press_lightly_and_go_on_to_it() -> Non
     press(h, 25.0, scene(force=30.0), on_line=False)
     assert h.force.goal == h.force.LIGHT
     assert h.reach.dead < Edges().line[0]
+
+
+def test_a_box_turned_at_arm_s_length_is_out_of_the_approach() -> None:
+    """The palm on its farther side holds it with a joint at its end, and cannot lift it."""
+    regions, far = Regions(), scene(0.69)
+    regions.step(scene(0.60), held=False)
+    regions.step(far, held=False)
+    assert regions["approach"]
+    assert far.box is not None
+    R = Rotation.from_rotvec([0.0, 0.0, 0.28]).as_matrix()  # by itself within its edge
+    regions.step(replace(far, box=replace(far.box, R=R)), held=False)
+    assert not regions["approach"]
+
+
+def test_while_the_force_rises_palms_go_on_by_what_their_pads_give_way() -> None:
+    """Held still instead, they would be turned onto an edge; at the goal they stand."""
+    h, seen = hands(), scene(force=25.0)
+    anything: Any = seen
+    rates = [h.force.rows(anything, 0.004).rate for _ in range(100)]
+    lag = h.force.DAMPING * 20.0  # the reference is still below what is felt
+    assert rates[0] == pytest.approx(h.force.RAMP / 5000.0 - lag, abs=1e-3)
+    assert np.abs(rates[-1]).max() < 1e-3
 
 
 def test_goal_regions_nest_and_have_a_wider_way_out() -> None:

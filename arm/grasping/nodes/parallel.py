@@ -21,7 +21,7 @@ FAR, ON = 0.17, 0.07
 at the first [m]."""
 OUTSIDE, BESIDE = 0.035, 0.005
 """From the box's sides, kept by palms at these distances [m]."""
-SOONER = 0.87
+SOONER = 0.88
 """Share of the time of the reach in which the palms come to the sides of the box [1]."""
 
 
