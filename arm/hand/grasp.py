@@ -34,7 +34,7 @@ FREE = 5.0
 """Force on a tip that ends a way through the air [N]."""
 BEHIND, BLOCKED, WAYS = 0.03, 1.0, 4
 """Joint error at which a way waits [rad], for how long it does [s]; ways on which it may be met."""
-BRISK, SLOWEST = 1.2, 0.1
+BRISK, SLOWEST = 1.6, 0.1
 """Rate of a joint from which on sliding slows down [rad/s], to this share at most: near a
 singular posture the arm runs after what a tip does at leisure."""
 SLID = 15

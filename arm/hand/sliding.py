@@ -42,7 +42,7 @@ class Way:
     kind: str = "sum"
     variant: virtual.Variant = "physical"
     radius: float = 0.05
-    alpha: float = 0.04
+    alpha: float = 0.06
     most: float = 0.0015
     leash: float = 0.005
     small: float = 0.15

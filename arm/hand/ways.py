@@ -23,6 +23,8 @@ NEAR, FAR = 0.35, 0.6
 """Largest mean rate of joints where the object may be met, and elsewhere [rad/s]."""
 FLOOR = -0.07
 """From the point to grasp downwards; there may be a table below [m]."""
+CLEAR = 0.02
+"""What backing off leaves above that; tips sink a little on the way around [m]."""
 
 
 def elsewhere(
@@ -50,11 +52,23 @@ def elsewhere(
     open_ = model.robot.hand.open
     wide = opened(at.q[ARM], at.q[SPREAD], min(0.3, open_))
     R, p = model.palm()
+    lowest = float(((model.place(wide, np.zeros_like(wide)).x - guess.point) @ guess.axis).min())
+    if lowest < FLOOR:
+        # a finger that opens reaches down: the hand rises meanwhile by what it lacks
+        risen = solve(model, R, p + (FLOOR - lowest) * guess.axis, rng, near=at.q[ARM])
+        if risen is not None:
+            wide[ARM], lowest, p = risen, FLOOR, p + (FLOOR - lowest) * guess.axis
     back = None
     for far in BACK:
-        back = solve(model, R, p - far * R[:, 2], rng, near=at.q[ARM]) if back is None else back
+        up = max(0.0, FLOOR + CLEAR - lowest + far * float(R[:, 2] @ guess.axis))
+        to = p - far * R[:, 2] + up * guess.axis
+        back = solve(model, R, to, rng, near=wide[ARM]) if back is None else back
     best, most = None, -np.inf
-    for _ in range(DRAWS):
+    for draw in range(2 * DRAWS):
+        if draw == DRAWS:
+            if best is not None:
+                break
+            line = None  # along no line rather than not at all
         tilt, side = rng.uniform(*plan.again), rng.uniform(-1.2, 1.2)
         yaw = rng.uniform(-np.pi, np.pi)
         if plan.level:

@@ -8,10 +8,11 @@ import pytest
 from arm.hand.feel import Feel
 from arm.hand.law import Law
 from arm.hand.model import HandModel
+from arm.hand.plan import THREE
 from arm.hand.reaching import DEPTH, Guess, Path, across, look, opened, solve
 from arm.hand.sliding import PERIOD, Slider, Way
 from arm.hand.squeeze import internal
-from arm.hand.ways import _room
+from arm.hand.ways import FLOOR, _room, elsewhere
 
 UP = np.array([0.0, 0.0, 1.0])
 GUESS = Guess(np.array([0.5, 0.0, 0.63]), UP)
@@ -202,3 +203,25 @@ def test_a_way_has_room_around_the_object_and_none_through_it_or_down_to_the_tab
     assert room(inside) < 0.07
     high = Guess(GUESS.point + [0.0, 0.0, 0.3], UP)
     assert _room(model, high, Path([poses[0], poses[0], poses[0], poses[1]]), 3) == -np.inf
+
+
+def test_a_hand_beside_the_object_rises_while_it_opens_so_that_no_finger_meets_the_table(
+    model: HandModel,
+) -> None:
+    """Straight back from a level palm, a finger that opens would be below the floor."""
+    rng = np.random.default_rng(1)
+    R, p = look(GUESS, 1.2, 0.3, np.pi)
+    arm = solve(model, R, p, rng)
+    assert arm is not None
+    start = opened(arm, 0.5, 1.2)
+
+    def lowest(q: np.ndarray) -> float:
+        return float((model.place(q, np.zeros(11)).x - GUESS.point)[:, 2].min())
+
+    straight = min(lowest(opened(arm, 0.5, 0.3)), lowest(start))
+    assert straight < FLOOR - 0.01
+    way = elsewhere(model, GUESS, THREE, model.place(start, np.zeros(11)), None, rng)
+    assert way is not None
+    low = [lowest(way.at(t)[0]) for t in np.linspace(0.0, way.begins(3), 40)]
+    assert min(low) > min(lowest(start), FLOOR) - 0.005
+    assert lowest(way.at(way.begins(2))[0]) > FLOOR
