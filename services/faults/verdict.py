@@ -74,7 +74,7 @@ class Witness:
             self.braked.append((now, on))
 
     def safe_after(self, fault: k.Fault) -> float | None:
-        """How long after a fault began the arm was safe [s]; None if it was not at work, or gone."""
+        """How long after a fault began the arm was safe [s]; None if it was not at work."""
         before = [s for t, s, _ in self.states if t < fault.t]
         held = [on for t, on in self.braked if t < fault.t]
         if not before or before[-1] not in AT_WORK or (held and held[-1]):
