@@ -106,7 +106,8 @@ class ProgramService(Generic[X]):
         self._t = state.t
         self._look(inbox)
         command, status = self.executive.step(state, inbox.latest(ESTIMATE))
-        if self._waiting and now >= self._start_at and self.executive.sees:
+        ready = self.executive.sees and self.executive.states.can("Start")
+        if self._waiting and now >= self._start_at and ready:
             self._waiting = False
             assert self._program is not None
             self._refuse(self._program)

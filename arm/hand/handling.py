@@ -43,6 +43,11 @@ class Scene:
     base: Base
 
 
+STIFF = (40.0, 45.0)
+"""Bandwidth of arm and fingers [rad/s]. On the bus a torque answers a state some ms old: with what
+serves without delay (100, 120) the joints oscillate from 4 ms on, with this not at 8 ms."""
+
+
 class Handling:
     """Mutable, handed from node to node.
 
@@ -67,7 +72,7 @@ class Handling:
         self.model = MovingHandModel(robot)
         self.law = Law(self.model)
         self.task = task
-        self.plan: Plan = replace(gently(THREE, 0.0), tries=1)
+        self.plan: Plan = replace(gently(THREE, 0.0), tries=1, stiff=STIFF)
         self.plan = replace(self.plan, way=replace(self.plan.way, radius=task.radius))
         self.rng = np.random.default_rng(seed)
         self.carrier = Carrier(self.model)
