@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from live_robot import COMMAND, PATIENCE, ROOT, environment
 
-EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
+EXAMPLES = sorted((ROOT / "docs" / "examples").glob("*.py"))
 
 
 def run(name: str, home: Path, folder: Path) -> str:
