@@ -7,8 +7,8 @@ of by itself.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
-from pathlib import PurePath
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,16 +24,14 @@ from arm.grasping.nodes.node import quantities
 from arm.grasping.regions import Regions
 from arm.grasping.scene import BoxPlace, Scene, between, box_in_platform
 from arm.hds import Program
+from arm.node_runner import NodeRunner
 from arm.platform_motion import PlatformMotion
-from arm.program_runner import ProgramRunner
 from services.messages import ArmCommand, ArmState, ArmStatus, Estimate, ObjectEstimate
 
 Array = NDArray[np.float64]
 
 LONGEST_TICK = 0.05
 """After a gap in the arms' state longer than this everything starts anew [s]."""
-STATUS_PERIOD = 0.02
-"""[s]"""
 BOX_AGE = 0.3
 """A message about the box older than this is none [s]."""
 BOX_SD = 0.15
@@ -44,7 +42,7 @@ STIFFNESS = 4.0
 """Of joints that are held [1/s]."""
 
 
-class GraspExecutive(ProgramRunner):
+class GraspExecutive(NodeRunner):
     """The process of two arms without its process.
 
     Args:
@@ -56,7 +54,7 @@ class GraspExecutive(ProgramRunner):
     def __init__(
         self, robot: str, size: tuple[float, float, float], gains: Gains | None = None
     ) -> None:
-        super().__init__("the arms are", build)
+        super().__init__("the arms are", build, Step())
         self.model = TwoArmModel(robot)
         arms = self.model.robot.arms
         ends = self.model.q_lower, self.model.q_upper
@@ -68,8 +66,6 @@ class GraspExecutive(ProgramRunner):
         self._limits = Limits(self.model)
         self._size = np.array(size)
         self._half_palm = 0.5 * np.array(self.model.robot.palms.size)
-        self._node: Control | None = None
-        self._step = Step()
         self._platform = PlatformMotion()
         self._seen: ObjectEstimate | None = None
         self._placed = False
@@ -78,12 +74,6 @@ class GraspExecutive(ProgramRunner):
         self._holding = False
         self._parted = 0.0
         self._lifted = False
-        self._note = ""
-        self._cause = ""  # of the newest event that had one: why a program ended as it did
-        self._in_node = 0.0
-        self._new_node = False
-        self._goals = 0
-        self._status_due = 0.0
 
     # --- what the safe states ask of these arms -------------------------------------------------
 
@@ -217,72 +207,27 @@ class GraspExecutive(ProgramRunner):
         self._holding = False
         return Move(None)
 
-    def _run(self, scene: Scene) -> None:
-        """Step the node, follow its events and guards."""
-        self._new_node = False
-        if self._start_node:
-            self._start_node = False
-            self._next_node(scene)
-        if self._node is None:
-            return
-        self._update(scene)
-        if self._guarded(scene):
-            self._update(scene)
-        # what follows takes over within this tick; the language refuses cycles that take no time
-        while self._step.event is not None and self._working:
-            assert self._automaton is not None
-            self._event, self._note = self._step.event, self._step.reason
-            self._cause = self._step.reason or self._cause
-            self._automaton.fire(self._step.event)
-            self._next_node(scene)
-            if self._working:
-                self._update(scene)
-
-    def _update(self, scene: Scene) -> None:
-        assert self._node is not None
-        if self._node.needs_box and scene.box is None:
+    def _advance(self, scene: Scene) -> Step | None:
+        node: Control = self._node
+        if node.needs_box and scene.box is None:
             self._interrupt("Failed", "the box is not known")
-            return
-        before = self._step.goal
-        step = self._step = self._node.update(scene, self.hands, self.regions)
+            return None
+        step = node.update(scene, self.hands, self.regions)
         self._lifted = step.lifted
-        if step.goal is None:
-            self._changed |= before is not None
-        elif before is None or (step.goal != before).any():
-            self._goals += 1
-            self._changed = True
+        return step
 
-    def _guarded(self, scene: Scene) -> bool:
-        """Follow a guard that holds, unless the node is new or has raised an event."""
-        automaton = self._automaton
-        if not self._working or automaton is None or self._new_node:
-            return False
-        self._in_node += scene.dt
-        if self._step.event is not None or not automaton.guards:
-            return False
-        if automaton.check_guards(quantities(scene, self.regions, self._in_node)) is None:
-            return False
-        self._event, self._note = automaton.history[-1].event, ""
-        self._next_node(scene)
-        return self._working
-
-    def _next_node(self, scene: Scene) -> None:
-        """Enter the automaton's current node."""
-        assert self._automaton is not None
-        self._in_node = 0.0
-        self._new_node = True
-        self._changed = True
-        node = self._automaton.node
-        if self._automaton.finished:
-            self._node = None
-            self._hold(scene)
-            self.states.fire("Done", self._cause or ("" if node.name == "End" else node.name))
-            return
-        self._node = build(node, self._automaton.program)
+    def _enter(self, scene: Scene) -> None:
         if self._node.needs_box and scene.box is None:
             self._interrupt("Failed", "the box is not known")
             return
         self._node.enter(scene, self.hands, self.regions)
+
+    def _end(self, scene: Scene) -> None:
+        self._node = None
+        self._hold(scene)
+
+    def _values(self, scene: Scene) -> Mapping[str, float]:
+        return quantities(scene, self.regions, self._in_node)
 
     # --- interruptions ----------------------------------------------------------------------
 
@@ -299,22 +244,11 @@ class GraspExecutive(ProgramRunner):
     # --- what people see --------------------------------------------------------------------
 
     def _status(self, now: float) -> ArmStatus | None:
-        if not self._changed and now + 1e-9 < self._status_due:
+        if not self._status_is_due(now):
             return None
-        self._changed = False
-        self._status_due = now + STATUS_PERIOD
-        automaton, goal = self._automaton, self._step.goal
-        return ArmStatus(
-            t=now,
-            state=self.state,
-            program=PurePath(automaton.program.path).name if automaton else "",
-            node=automaton.node.name if automaton else "",
-            event=self._event,
-            transitions=automaton.transitions if automaton else 0,
-            reason=self.reason or self._note,
+        return self._status_of(
+            now,
             force=float(self.feel.force.min()),
             force_reference=float(self.hands.force.force.min()),
             joint_margin=self._limits.joint_margin,
-            goal_number=0 if goal is None else self._goals,
-            goal=np.zeros(3) if goal is None else goal,
         )

@@ -6,7 +6,7 @@ they were meant to be and a bottle between the fingers stays squeezed.
 
 from __future__ import annotations
 
-from pathlib import PurePath
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -15,20 +15,18 @@ from arm.hand.model import Placed
 from arm.hand.nodes import Control, Step, build
 from arm.hand.nodes.node import quantities
 from arm.hds import Program
+from arm.node_runner import NodeRunner
 from arm.platform_motion import PlatformMotion
-from arm.program_runner import ProgramRunner
 from deploy.task import BottleTask
 from services.messages import ArmCommand, ArmState, ArmStatus, Estimate, HandCommand, HandState
 
 LONGEST_TICK = 0.05
 """After a gap in the state longer than this everything starts anew [s]."""
-STATUS_PERIOD = 0.02
-"""[s]"""
 PATIENCE = 0.1
 """A joint may be faster than its limit for this long [s]."""
 
 
-class HandExecutive(ProgramRunner):
+class HandExecutive(NodeRunner):
     """The process of an arm with a hand without its process.
 
     Args:
@@ -41,23 +39,16 @@ class HandExecutive(ProgramRunner):
     """
 
     def __init__(self, robot: str, task: BottleTask, seed: int = 0) -> None:
-        super().__init__("the arm is", build)
+        super().__init__("the arm is", build, Step())
         self._platform = PlatformMotion()
         self._t: float | None = None
-        self._note = self._cause = ""
         self.hand = Handling(robot, task, seed)
         model = self.hand.model
         self._speed_limit = np.array(model.robot.arm.velocity_limit)
         self._fast = 0.0
-        self._node: Control | None = None
-        self._step = Step()
         self._hand_state: HandState | None = None
         self.hand_command = HandCommand(t=0.0, tau=np.zeros(4))
         self._at: Placed | None = None
-        self._in_node = 0.0
-        self._new_node = False
-        self._goals = 0
-        self._status_due = 0.0
         self._joint_margin = 0.0
 
     def see_hand(self, state: HandState) -> None:
@@ -134,62 +125,18 @@ class HandExecutive(ProgramRunner):
     def _problem(self) -> str:
         return self._platform.problem
 
-    def _run(self, scene: Scene) -> None:
-        """Step the node, follow its events and guards."""
-        self._new_node = False
-        if self._start_node:
-            self._start_node = False
-            self._next_node(scene)
-        if self._node is None:
-            return
-        self._update(scene)
-        if self._guarded(scene):
-            self._update(scene)
-        # what follows takes over within this tick; the language refuses cycles that take no time
-        while self._step.event is not None and self._working:
-            assert self._automaton is not None
-            self._event, self._note = self._step.event, self._step.reason
-            self._cause = self._step.reason or self._cause
-            self._automaton.fire(self._step.event)
-            self._next_node(scene)
-            if self._working:
-                self._update(scene)
+    def _advance(self, scene: Scene) -> Step:
+        node: Control = self._node
+        return node.update(scene, self.hand)
 
-    def _update(self, scene: Scene) -> None:
-        assert self._node is not None
-        before = self._step.goal
-        step = self._step = self._node.update(scene, self.hand)
-        if step.goal is None:
-            self._changed |= before is not None
-        elif before is None or (step.goal != before).any():
-            self._goals += 1
-            self._changed = True
-
-    def _guarded(self, scene: Scene) -> bool:
-        """Follow a guard that holds, unless the node is new or has raised an event."""
-        automaton = self._automaton
-        if not self._working or automaton is None or self._new_node:
-            return False
-        self._in_node += scene.dt
-        if self._step.event is not None or not automaton.guards:
-            return False
-        if automaton.check_guards(quantities(self.hand, self._in_node)) is None:
-            return False
-        self._event, self._note = automaton.history[-1].event, ""
-        self._next_node(scene)
-        return self._working
-
-    def _next_node(self, scene: Scene) -> None:
-        """Enter the automaton's current node."""
-        assert self._automaton is not None
-        self._in_node, self._new_node, self._changed = 0.0, True, True
-        node = self._automaton.node
-        if self._automaton.finished:
-            self._halt(keep_place=True)
-            self.states.fire("Done", self._cause or ("" if node.name == "End" else node.name))
-            return
-        self._node = build(node, self._automaton.program)
+    def _enter(self, scene: Scene) -> None:
         self._node.enter(scene, self.hand)
+
+    def _end(self, scene: Scene) -> None:
+        self._halt(keep_place=True)
+
+    def _values(self, scene: Scene) -> Mapping[str, float]:
+        return quantities(self.hand, self._in_node)
 
     def _drop(self, stopped: bool) -> None:
         self._halt(keep_place=True)
@@ -202,24 +149,13 @@ class HandExecutive(ProgramRunner):
         self.hand.stay()
 
     def _status(self, now: float) -> ArmStatus | None:
-        if not self._changed and now + 1e-9 < self._status_due:
+        if not self._status_is_due(now):
             return None
-        self._changed = False
-        self._status_due = now + STATUS_PERIOD
-        automaton, goal = self._automaton, self._step.goal
-        return ArmStatus(
-            t=now,
-            state=self.state,
-            program=PurePath(automaton.program.path).name if automaton else "",
-            node=automaton.node.name if automaton else "",
-            event=self._event,
-            transitions=automaton.transitions if automaton else 0,
-            reason=self.reason or self._note,
+        return self._status_of(
+            now,
             force=float(np.linalg.norm(self.hand.feel.force, axis=1).min()),
             force_reference=self.hand.squeeze,
             joint_margin=self._joint_margin,
-            goal_number=0 if goal is None else self._goals,
-            goal=np.zeros(3) if goal is None else goal,
             stand=self._step.stand,
             residuals=np.zeros(0) if self._step.residuals is None else self._step.residuals,
         )
