@@ -43,8 +43,6 @@ THROWS, THROWS_MOST = 3.0, 150.0
 """Share of what is above the limit with which a palm is taken back [1], and the most of it [N]."""
 RELEASED = 0.15
 """A box on the table is not pressed on for this long after a palm was pushed too hard [s]."""
-EASE = 0.30
-"""Over which palms that begin to reach come up to speed [s]."""
 Composition = Literal["null_space", "sum"]
 
 
@@ -92,7 +90,6 @@ class Hands:
         self.gm = self.force.subject_to(self.reach).called("gm")
         self.comply = self.moment.subject_to(self.force).subject_to(self.reach).called("comply")
         self.parallel: Composable = parallelised([self.reach, self.gm, self.comply])
-        self._moving = math.inf
         self._released = 0.0
         self.lifted = self.moment.subject_to(self.force).subject_to(self.carry).called("lifted")
 
@@ -100,10 +97,6 @@ class Hands:
         """Press no more, hold nothing."""
         self.force.reset()
         self.roll.release()
-
-    def begin(self) -> None:
-        """Come up to speed smoothly, from rest."""
-        self._moving = 0.0
 
     def execute(self, move: Move, scene: Scene, moving: Array) -> tuple[Array, Array]:
         """One tick of a move.
@@ -131,10 +124,6 @@ class Hands:
             qd = plain_sum([*rows, *below])
         else:
             qd = priorities([*first, *rows, *below], JOINTS).qd
-        self._moving += scene.dt
-        if self._moving < EASE and not any(scene.feel.yielding):
-            share = self._moving / EASE
-            qd = qd * (share * share * (3.0 - 2.0 * share))
         return qd, self._torque(move, scene) + self._away(scene)
 
     def _away(self, scene: Scene) -> Array:
