@@ -35,8 +35,10 @@ LONGEST_TICK = 0.05
 """After a gap in the arm's state longer than this the reference starts anew [s]."""
 LEAVING = 0.03
 """Left of the arm's reach when an arm that only keeps its place lets go of it [m] ..."""
-LEAVING_JOINT = 0.2
-"""... and of a joint's range [rad]: it must come to rest in what is left."""
+LEAVING_JOINT = 0.1
+"""... and of a joint's range once it has come to rest [rad]."""
+NEAR = 0.03
+"""An arm at rest nearer to the board than this keeps its place over it [m]."""
 SLOWED = 0.1
 """Relative manipulability below which the tool moves slower, ..."""
 REFUSED = 0.05
@@ -45,6 +47,8 @@ DEGRADED_PACE = 0.5
 """Share of the speed at which a program goes on while the estimate is late, ..."""
 PACE_RATE = 5.0
 """... and how fast the share changes [1/s]."""
+AT_REST = ("idle", "paused", "finished")
+"""States in which an arm may keep its place or its joints."""
 MARGIN_TICKS = 5
 """The distance to the end of the arm's reach is looked at every so many ticks."""
 TOUCH = 0.3
@@ -218,7 +222,7 @@ class Executive(ProgramRunner):
             self._without_estimate(problem)
         elif self._station_lost:
             self._station_lost = False
-            if isinstance(self._control, Retreat) and self.state in ("paused", "finished", "idle"):
+            if isinstance(self._control, Retreat) and self.state in AT_REST:
                 self._take(Station(0.0))
         self._calm_down(dt, state.t, estimate)
         base = self._platform.base
@@ -318,10 +322,7 @@ class Executive(ProgramRunner):
             self._start_node = False
             context.desired = context.tip
             self._next_node(context)
-        if isinstance(self._control, Station):
-            joint = self._limits.joint_margin
-            if context.reach_margin < LEAVING or joint < LEAVING_JOINT:
-                self._take(Retreat(0.0))  # the platform drives away: come along
+        self._mind_the_board(context)
         if self._start_control and self._control is not None:
             self._start_control = False
             self._control.enter(context)
@@ -335,6 +336,19 @@ class Executive(ProgramRunner):
         # what follows takes over within this tick; the language refuses cycles that take no time
         while self._last.event is not None and self._follow(self._last.event, context):
             self._update(self._control, context)
+
+    def _mind_the_board(self, context: Context) -> None:
+        """An arm at rest comes along with the platform, but not into the board."""
+        keeps = isinstance(self._control, Station)
+        held = self.state in AT_REST and self.sees and not self._touching()
+        if not keeps and not (held and context.tip[2] < NEAR):
+            return
+        left = self.model.joint_margin(self._reference.stopping)
+        can = context.reach_margin > LEAVING and left > LEAVING_JOINT
+        if keeps and not can:
+            self._take(Retreat(0.0))
+        elif can and not keeps:
+            self._take(Station(0.0))
 
     def _update(self, control: Control | Retreat | Return | Station, context: Context) -> None:
         """Take one step of what is in control."""

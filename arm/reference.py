@@ -38,6 +38,11 @@ class JointReference:
         """Say that the next rates come from another mode: they fade in from the present ones."""
         self._switch = True
 
+    @property
+    def stopping(self) -> Array:
+        """Where the joints would come to rest if they were switched to no motion, (n,) [rad]."""
+        return self.q + 0.5 * _fade_time(self.qd) * self.qd
+
     def advance(self, dt: float) -> None:
         """Move the positions to the present instant with the rates of the last one."""
         self.q = self.q + self.qd * dt
@@ -47,9 +52,7 @@ class JointReference:
         if self._switch:
             self._switch = False
             self._offset = self.qd - wanted
-            change = float(np.abs(self._offset).max())
-            # a smoothstep fade peaks at 1.5 times its mean rate
-            self._fade_time = max(FADE, 1.5 * change / ACCELERATION)
+            self._fade_time = _fade_time(self._offset)
             self._fade = 0.0
         if self._fade < 1.0:
             self._fade = min(self._fade + dt / self._fade_time, 1.0)
@@ -58,3 +61,8 @@ class JointReference:
         excess = max(map(abs, (wanted / self._limit).tolist()))
         self.clamped = excess > 1.0
         self.qd = wanted / excess if self.clamped else wanted
+
+
+def _fade_time(change: Array) -> float:
+    """How long a change of rates [rad/s] takes; a smoothstep peaks at 1.5 times its mean rate."""
+    return max(FADE, 1.5 * float(np.abs(change).max()) / ACCELERATION)

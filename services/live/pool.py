@@ -4,12 +4,13 @@ Only circus' ``Watcher`` is used, driven from our own loop: no arbiter, no contr
 signal handlers. Traps that are avoided here: ``Watcher.reap_processes`` waits for ever for a
 living process, the periodic check collides with starts and stops, and ``close_child_stdin`` needs
 a real standard input. A pipe closed between its readiness and its callback makes tornado raise
-``KeyError`` from a callback: nothing is lost by it, and it is not shown.
+``KeyError``, or the read fail: nothing is lost by it, and it is not shown.
 """
 
 from __future__ import annotations
 
 import asyncio
+import errno
 import logging
 import os
 import shlex
@@ -30,10 +31,9 @@ logging.getLogger("circus").setLevel(logging.ERROR)
 
 def _hide_closed_pipes(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
     """Exception handler of the loop: all are shown but tornado's of a pipe just closed."""
-    if not (
-        isinstance(context.get("exception"), KeyError)
-        and "_handle_events" in repr(context.get("handle"))
-    ):
+    error = context.get("exception")
+    closed = isinstance(error, KeyError) or getattr(error, "errno", None) == errno.EBADF
+    if not (closed and "_handle_events" in repr(context.get("handle"))):
         loop.default_exception_handler(context)
 
 

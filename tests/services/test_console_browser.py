@@ -174,6 +174,7 @@ def test_a_person_sees_it_move_pushes_it_sends_it_away_stops_and_resets_it(
             # sent away: the arm is let go of the board first
             press(page, "Stop")
             until(lambda: "program: Stop: accepted" in text(page), "the answer to Stop")
+            x1, y1 = x_and_y(page)
             tab(page, "Platform")
             page.get_by_role("button", name="Goal: click the floor").click()
             page.get_by_role("button", name="Click the floor").wait_for()
@@ -183,7 +184,6 @@ def test_a_person_sees_it_move_pushes_it_sends_it_away_stops_and_resets_it(
             page.screenshot(path=tmp_path / "4_goal.png")
             assert re.search(r"Goal \(.*\): accepted", text(page))
             tab(page, "Run")
-            x1, y1 = x_and_y(page)
             until(
                 lambda: sum(abs(a - b) for a, b in zip(x_and_y(page), (x1, y1), strict=True)) > 100,
                 "a platform that drives",

@@ -34,10 +34,11 @@ class Up:
     def __init__(self, run_dir: Path, *options: str) -> None:
         self.run_dir = run_dir
         self.output = run_dir.parent / "output"
+        self.errors = run_dir.parent / "errors"
         command = [sys.executable, "-m", "services.cli", "up", "toys", "--run-dir", str(run_dir)]
         command += ["--factory", "service_toys:build", "--rt", "off", "--hang", "5", *options]
-        with self.output.open("w") as file:
-            self.process = subprocess.Popen(command, stdout=file, stderr=subprocess.STDOUT)
+        with self.output.open("w") as output, self.errors.open("w") as errors:
+            self.process = subprocess.Popen(command, stdout=output, stderr=errors)
 
     def events(self, kind: str) -> list[str]:
         """The services of all events of a kind, in order."""
@@ -56,7 +57,7 @@ class Up:
     def wait_ready(self) -> dict[str, psutil.Process]:
         """Wait until all four services are ready."""
         eventually(lambda: len(self.events("ready")) == 4 or self.process.poll() is not None)
-        assert self.process.poll() is None, self.output.read_text()
+        assert self.process.poll() is None, self.errors.read_text()
         return self.children()
 
 
@@ -135,14 +136,14 @@ def test_a_service_that_cannot_start_ends_it_with_its_log(run_dir: Path) -> None
     """Exit code 1, and the reason from the log, not only that it failed."""
     up = Up(run_dir, "--factory", "no_such_module:build")
     assert up.process.wait(PATIENCE) == 1
-    assert "no_such_module" in up.output.read_text()
+    assert "no_such_module" in up.errors.read_text()
 
 
 @pytest.mark.processes
 def test_paced_processes_end_by_themselves(run_dir: Path) -> None:
     """A paced run of real processes ends after its robot time, with exit code 0."""
     up = Up(run_dir, "--paced", "--for", "0.5", "--json")
-    assert up.process.wait(PATIENCE * 2) == 0, up.output.read_text()
+    assert up.process.wait(PATIENCE * 2) == 0, up.errors.read_text()
     result = json.loads(up.output.read_text())
     assert result["success"]
     ended = [event["service"] for event in result["events"] if event["kind"] == "ended"]
