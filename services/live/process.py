@@ -28,7 +28,7 @@ from services.lockstep import Lockstep
 from services.messages import Message
 from services.requests import Requests
 from services.service import Inbox, Service
-from services.topics import ARM_STATE, PROCESSES, RECORDER, SERVICES, Topic
+from services.topics import PROCESSES, RECORDER, SERVICES, Topic
 from services.wire.bus import Bus, open_bus
 from services.wire.codec import decode, encode
 from services.wire.endpoints import Endpoints, local, make_run_dir
@@ -37,7 +37,7 @@ from services.wire.places import endpoints_of
 FACTORY = "services.components:build_service"
 WARM_UP_TICKS = 300
 WARM_UP_TIME = 0.3  # [s] at most
-LAST_RESORT = 1.5  # [s] after a request to end, the process is gone whatever hangs
+LAST_RESORT = 0.8  # [s] after a request to end, the process is gone whatever hangs
 
 log = logging.getLogger("steadyhand")
 
@@ -184,7 +184,6 @@ def _live(
         EpochClock(epoch) if is_robot else HeardClock(),
         stop,
         requests,
-        trigger=ARM_STATE if ARM_STATE in service.inputs and service.period <= 0.001 else None,
         spin=realtime.spin(options.rt, service.period),
     )
 

@@ -13,7 +13,7 @@ from services.live.clock import RobotClock
 from services.live.loop import HEARTBEAT, Driven, FixedRate, LoopStatistics, heartbeat
 from services.messages import Clock, Message
 from services.requests import Requests
-from services.service import Inbox, Service
+from services.service import Arrivals, Inbox, Service
 from services.topics import CLOCK, HEALTH, REQUEST, Topic
 from services.wire.bus import Bus
 
@@ -107,13 +107,13 @@ def run_live(
     clock: RobotClock,
     stop: threading.Event,
     requests: Requests | None = None,
-    trigger: Topic | None = None,
     spin: float = 0.0,
 ) -> None:
     """Step a service until ``stop`` is set.
 
     Nothing is stepped before robot time is known; the heartbeat says so. The robot itself (the
-    simulation) is stepped on multiples of its period, see ``Grid``.
+    simulation) is stepped on multiples of its period, see ``Grid``; a service that is driven by
+    arrivals on each of these, and without them at their period.
 
     Args:
         service: to run.
@@ -121,14 +121,14 @@ def run_live(
         clock: robot time.
         stop: ends the run at the next tick.
         requests: whose actions are executed between steps.
-        trigger: tick on arrival of this topic (and without it, at the service's period).
         spin: busy-wait before each deadline [s].
     """
     pace: Pace
+    trigger: Arrivals | None = getattr(service, "driven_by", None)
     if trigger is not None:
-        bus.hear(trigger)
-        bus.wake_on(trigger)
-        pace = Driven(service.period, bus.arrived, lambda: bus.arrived_at)
+        bus.hear(trigger.topic)
+        bus.wake_on(trigger.topic)
+        pace = Driven(trigger.period, bus.arrived, lambda: bus.arrived_at)
     else:
         pace = FixedRate(service.period, spin)
     extra = () if service.name == ROBOT or trigger is not None else (CLOCK,)

@@ -181,7 +181,6 @@ class Supervisor:
                 end = time.monotonic() + (self.plan.duration or float("inf"))
                 while not self._stop.is_set() and time.monotonic() < end:
                     await self._watch()
-                await self._pool.stop_all(last=RECORDER)
         finally:
             notify("STOPPING=1")
             await self._pool.stop_all(last=RECORDER)

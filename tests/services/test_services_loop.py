@@ -6,9 +6,12 @@ import threading
 
 import pytest
 
+from services.components import build_service
 from services.live.clock import EpochClock, HeardClock
 from services.live.loop import Driven, FixedRate, LoopStatistics, heartbeat
 from services.live.runner import Grid
+from services.service import Arrivals
+from services.topics import ARM_STATE
 
 
 class FakeTime:
@@ -115,6 +118,13 @@ def test_a_driven_loop_ticks_with_and_without_arrivals() -> None:
     assert not arrived.is_set()
     loop.wait()
     assert loop.statistics.progress == 3
+
+
+@pytest.mark.parametrize("scenario", ["whiteboard", "move_to_grasp", "pick_bottle"])
+def test_an_arm_is_driven_by_its_state_at_the_rate_of_its_robot(scenario: str) -> None:
+    """Else a slow robot's loop would report overruns that did not happen."""
+    arm, sim = (build_service(name, scenario, 0, live=True) for name in ("arm", "sim"))
+    assert arm.driven_by == Arrivals(ARM_STATE, sim.period)  # type: ignore[attr-defined]
 
 
 def test_the_world_makes_up_for_missed_ticks_within_reason() -> None:
