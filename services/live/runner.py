@@ -10,11 +10,11 @@ from collections.abc import Callable
 from typing import Protocol
 
 from services.live.clock import RobotClock
-from services.live.loop import HEARTBEAT, Driven, FixedRate, LoopStatistics, heartbeat
+from services.live.loop import HEARTBEAT, Answers, Driven, FixedRate, LoopStatistics, heartbeat
 from services.messages import Clock, Message
 from services.requests import Requests
 from services.service import Arrivals, Inbox, Service
-from services.topics import CLOCK, HEALTH, REQUEST, Topic
+from services.topics import ARM_COMMAND, ARM_STATE, CLOCK, HEALTH, REQUEST, Topic
 from services.wire.bus import Bus
 
 ROBOT = "sim"
@@ -45,6 +45,7 @@ class Heart:
         self._topic = HEALTH[service.name]
         self._pid = os.getpid()
         self._next = 0.0
+        self.answers = Answers()
         bus.declare(self._topic)
 
     def beat(self, now: float, inbox: Inbox, state: tuple[str, str] | None = None) -> None:
@@ -65,6 +66,7 @@ class Heart:
             self._pid,
             ages,
             refused,
+            self.answers.report(),
         )
         self._bus.publish(self._topic, health)
 
@@ -142,7 +144,11 @@ def run_live(
         if requests is not None:
             for done in requests.run_pending(clock.now() or 0.0):
                 bus.publish(REQUEST[service.name], done)
-        _hear(clock, bus.drain(inbox, clock.now()))
+        accepted = bus.drain(inbox, clock.now())
+        _hear(clock, accepted)
+        for topic, message, at in accepted:
+            if grid is not None and topic is ARM_COMMAND:
+                heart.answers.answered(message.t, at)
         now = clock.now()
         if now is None:
             heart.beat(0.0, inbox, ("waiting", "no robot time heard yet"))
@@ -151,6 +157,8 @@ def run_live(
             if grid is not None and round(instant / service.period) % CLOCK_TICKS == 0:
                 bus.publish(CLOCK, Clock(t=instant))
             for topic, message in service.step(instant, inbox):
+                if topic is ARM_STATE:
+                    heart.answers.asked(message.t, time.monotonic())
                 bus.publish(topic, message)
         heart.beat(now, inbox)
 

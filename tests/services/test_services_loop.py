@@ -93,7 +93,7 @@ def test_statistics_report_and_start_anew() -> None:
     assert period["target"] == 0.001
     assert period["mean"] == pytest.approx(0.102 / 100)
     assert period["max"] == pytest.approx(0.003)
-    assert lateness == pytest.approx({"p50": 50e-6, "p99": 99e-6, "max": 100e-6})
+    assert lateness == pytest.approx({"p50": 50e-6, "p99": 99e-6, "max": 100e-6, "over_1ms": 0.0})
     assert (statistics.progress, statistics.overruns) == (101, 2)
     assert statistics.report() == ({"target": 0.001}, {})
     statistics.tick(start + 0.001, 0.0)
@@ -103,7 +103,7 @@ def test_statistics_report_and_start_anew() -> None:
 def test_heartbeat_leaves_out_what_was_never_heard() -> None:
     """An age that is infinite would make the heartbeat itself a bad message."""
     ages = {"robot/imu": 0.01, "robot/odometry": float("inf")}
-    health = heartbeat(LoopStatistics(0.001), "arm", ("idle", ""), -1.0, 7, ages, {})
+    health = heartbeat(LoopStatistics(0.001), "arm", ("idle", ""), -1.0, 7, ages, {}, {})
     assert health.ages == {"robot/imu": 0.01}
     assert health.t == 0.0
 
