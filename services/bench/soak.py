@@ -111,7 +111,8 @@ def soak(
                 disturbances += _disturb(line, rng)
             if now >= due:
                 due += EVERY
-                samples += _sample(up, now)
+                working = {line.latest(topic).pid for topic in HEALTH.values()}
+                samples += _sample(up, now, working)
                 told(now)
     return Soak(seconds, samples, lateness, disturbances, interruptions)
 
@@ -126,13 +127,14 @@ def _disturb(line: Connection, rng: np.random.Generator) -> bool:
     return False
 
 
-def _sample(up: psutil.Popen, now: float) -> list[Sample]:
+def _sample(up: psutil.Popen, now: float, working: set[int]) -> list[Sample]:
     out = []
     for process in (psutil.Process(up.pid), *up.children()):
         with contextlib.suppress(psutil.Error), process.oneshot():
             words = process.cmdline()
             name = words[words.index("--service") + 1] if "--service" in words else "supervisor"
             name = "console" if "services.console.live" in words else name
+            name += " spare" if "--spare" in words and process.pid not in working else ""
             memory = process.memory_full_info().uss / 1e6
             out.append(
                 Sample(now, name, process.pid, memory, process.num_fds(), process.num_threads())

@@ -24,7 +24,7 @@ from services.bench.live_robot import AT_WORK, START, robot, to_work
 from services.components import build_service
 from services.script import Connection, Silent
 from services.service import Service
-from services.topics import ARM_STATUS, HEALTH, TRUTH
+from services.topics import ARM_STATUS, HEALTH, SERVICES, TRUTH
 
 KINDS = ("kill", "stop", "lock", "slow")
 """Killed; stopped by a signal; stuck with the interpreter's lock; given half of the time."""
@@ -83,16 +83,21 @@ class Session:
 
     Args:
         line: to the robot.
+        run_dir: of the robot.
         rng: when, what and whom.
     """
 
-    def __init__(self, line: Connection, rng: np.random.Generator) -> None:
-        self._line, self._rng = line, rng
+    def __init__(self, line: Connection, run_dir: Path, rng: np.random.Generator) -> None:
+        self._line, self._run_dir, self._rng = line, run_dir, rng
         self.worst_force = 0.0
         """Greatest force of the pen on the board so far [N]."""
 
     def fault(self, kind: str, service: str) -> Found:
-        """Have the robot draw, let something happen, and look how it goes on."""
+        """Have the robot draw, let something happen once all is calm, and look how it goes on."""
+        calm = time.monotonic() + START
+        while len(list(self._run_dir.glob("*.ready"))) < len(SERVICES) and time.monotonic() < calm:
+            self._watch()
+            time.sleep(0.1)
         to_work(self._line)
         until = time.monotonic() + float(self._rng.uniform(0.5, 2.0))
         while time.monotonic() < until:
@@ -153,8 +158,9 @@ def campaign(run_dir: Path, scenario: str, seed: int, count: int, each: int = 10
         if len(found) >= count:
             break
         options = ("--factory", "services.faults.processes:build", "--seed", str(seed + number))
-        with robot(run_dir / str(number), scenario, *options) as (up, line):
-            session = Session(line, rng)
+        home = run_dir / str(number)
+        with robot(home, scenario, *options) as (up, line):
+            session = Session(line, home, rng)
             for _ in range(min(each, count - len(found))):
                 service = str(rng.choice(("observer", "arm", "base")))
                 found.append(session.fault(str(rng.choice(KINDS)), service))
