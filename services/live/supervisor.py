@@ -301,6 +301,7 @@ class Supervisor:
                 continue
             limit = self._patience(name) if watched.ready else self.plan.start
             if now - watched.advanced > limit:
+                watched.lost = now
                 watched.states.fire("Hung")
                 self._tell(name, "hung", f"no progress for {limit:.1f} s; killed")
                 self._pool.kill(name)

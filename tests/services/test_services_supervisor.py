@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -115,6 +116,8 @@ def test_a_hung_service_is_killed_and_restarted(run_dir: Path) -> None:
     up.wait_ready()["observer"].suspend()
     eventually(lambda: "observer" in up.events("restarted"))
     assert up.events("hung")[0] == "observer"
+    took = re.search(r"observer +restarted +in ([\d.]+) s", up.output.read_text())
+    assert took and float(took[1]) < PATIENCE
     up.process.terminate()
     assert up.process.wait(PATIENCE) == 0
 
