@@ -74,10 +74,10 @@ def begin_anew(home: Path) -> None:
 
 
 def _speaks(run_dir: Path) -> bool:
-    """Whether the arm and the platform are there."""
+    """Whether the arm has begun its task by itself, and the platform is there."""
     try:
         with connect(run_dir=run_dir) as robot:
-            robot.latest("arm/status")
+            robot.wait_for("arm/status", lambda status: status.state != "idle", timeout=10.0)
             robot.latest("base/status")
     except (NotRunning, Silent):
         return False
