@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import signal
 import subprocess
 import sys
@@ -11,7 +12,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import psutil
 import pytest
 from patience import PATIENCE, Command, until
 
@@ -20,7 +20,7 @@ from services import connect
 from services.requests import NoAnswer
 from services.run import run_lockstep
 from services.script import Connection, Refused, Silent
-from services.topics import ARM_COMMAND, ARM_STATUS, SERVICES, TRUTH
+from services.topics import ARM_COMMAND, ARM_STATUS, HEALTH, SERVICES, TRUTH
 from sim.scenario import load_scenario
 
 SCENARIO = """
@@ -81,15 +81,15 @@ def test_a_killed_observer_means_safe_hold_and_a_way_to_resume(tmp_path: Path) -
         until(lambda: len(list(run_dir.glob("*.sock"))) > len(SERVICES), "all sockets", up.failed)
         with connect(run_dir=run_dir) as robot:
             until(lambda: goes(robot, "running"), "a running program", up.failed)
-            killed = robot.latest(ARM_STATUS, PATIENCE)
-            for child in psutil.Process(up.process.pid).children(recursive=True):
-                if "observer" in child.cmdline():
-                    child.kill()
+            killed, pid = robot.latest(ARM_STATUS), robot.latest(HEALTH["observer"]).pid
+            os.kill(pid, signal.SIGKILL)
             held = robot.wait_for(
                 ARM_STATUS,
                 lambda s: s.t > killed.t and s.state == "safe_hold" and "estimate" in s.reason,
                 PATIENCE,
             )
+            back = robot.wait_for(HEALTH["observer"], lambda h: h.pid != pid and h.t > 0, PATIENCE)
+            assert held.t < back.t  # by its absence, not by a stall of this machine later on
             assert "resume or stop" in held.reason
             until(
                 lambda: goes(robot, "resuming", "running", "finished"), "a way to go on", up.failed
