@@ -9,12 +9,13 @@ from __future__ import annotations
 
 import json
 import os
+import socket
 import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from statistics import median
@@ -37,6 +38,9 @@ HOSTILE = 1 << 60
 """Sequence numbers from here on are ours who attack: a service counts microseconds from boot."""
 BLOCK = 5.0  # [s] of quiet, then of flood
 ROBOT = "r1"
+READABLE: list[Topic] = [ARM_STATE, TOPICS["observer/estimate"], TOPICS["observer/board"]]
+"""What the arm reads."""
+LONGEST = 120.0  # [s] for what takes a moment on a quiet machine
 _SLOT = 0.002  # [s] between bursts of the flood
 
 
@@ -47,7 +51,9 @@ class Result:
     Attributes:
         sent: hostile messages and requests.
         accepted: of those, by the arm's bus or its requests.
-        refused: by topic and reason, in Python; in the secure profile nothing should get that far.
+        refused: by topic and reason, in Python; in the secure profile nothing hostile should get
+            that far.
+        late: of those refused, by topic, what the simulation itself said, too late.
         quiet: lateness of the arm's loop, p99 of each heartbeat's ticks, in quiet blocks [s].
         flooded: the same in hostile blocks [s].
         alive: the arm's loop still works, and answers a person.
@@ -56,9 +62,15 @@ class Result:
     sent: int = 0
     accepted: int = 0
     refused: dict[str, int] = field(default_factory=dict)
+    late: dict[str, int] = field(default_factory=dict)
     quiet: list[float] = field(default_factory=list)
     flooded: list[float] = field(default_factory=list)
     alive: bool = False
+
+    def refused_on(self, topic: str) -> int:
+        """Hostile messages on a topic that were refused in Python."""
+        refused = sum(n for about, n in self.refused.items() if about.startswith(f"{topic}: "))
+        return refused - self.late.get(topic, 0)
 
     @property
     def ratio(self) -> float:
@@ -141,10 +153,10 @@ def flood_arm(
             result.flooded += lateness.during(lambda n=count: attack(n))  # type: ignore[misc]
             result.sent += count
             told(result.sent)
-        works = arm.poll() is None and bool(lateness.during(lambda: time.sleep(1.0)))
-        result.alive = works and _answers(person)
-        said = json.loads(arm.communicate(timeout=10.0)[0] or "{}")
-        result.accepted, result.refused = said.get("accepted", -1), said.get("refused", {})
+        result.alive = lateness.beats(arm) and _answers(person)
+        said = json.loads(arm.communicate(timeout=LONGEST)[0] or "{}")
+        result.accepted = said.get("accepted", -1)
+        result.refused, result.late = said.get("refused", {}), said.get("late", {})
     return result
 
 
@@ -154,9 +166,9 @@ class _Lateness:
     def __init__(self, bus: Bus) -> None:
         self._bus = bus
 
-    def wait_until_running(self, longest: float = 120.0) -> None:
+    def wait_until_running(self) -> None:
         """Until the arm hears the robot's time."""
-        deadline = time.monotonic() + longest
+        deadline = time.monotonic() + LONGEST
         while not any(beat.state != "waiting" for beat in self._beats()):
             if time.monotonic() > deadline:
                 raise RuntimeError("the arm did not come up; is this machine very busy?")
@@ -169,6 +181,18 @@ class _Lateness:
         action()
         return [beat.lateness["p99"] for beat in self._beats()[1:] if "p99" in beat.lateness]
 
+    def beats(self, arm: subprocess.Popen[str]) -> bool:
+        """Whether the arm's loop still makes progress, from one heartbeat to another."""
+        self._beats()
+        heard: list[int] = []
+        deadline = time.monotonic() + LONGEST
+        while arm.poll() is None and time.monotonic() < deadline:
+            heard += [beat.progress for beat in self._beats()]
+            if heard and heard[-1] > heard[0]:
+                return True
+            time.sleep(0.1)
+        return False
+
     def _beats(self) -> list[Health]:
         return [message for _, message in self._bus.take(HEALTH["arm"])]
 
@@ -177,9 +201,8 @@ def _attack(
     session: zenoh.Session, rate: float, profile: Profile, rng: np.random.Generator
 ) -> Callable[[int], None]:
     """A function that sends so many; every 50th is a request nobody waits for."""
-    readable = [ARM_STATE, *(TOPICS[name] for name in ("observer/estimate", "observer/board"))]
-    stream = hostile_messages(readable, rng, forge=profile == "secure")
-    publishers = {t.name: session.declare_publisher(key(ROBOT, t)) for t in readable}
+    stream = hostile_messages(READABLE, rng, forge=profile == "secure")
+    publishers = {t.name: session.declare_publisher(key(ROBOT, t)) for t in READABLE}
     ignore: Any = zenoh.handlers.Callback(lambda reply: None, indirect=False)
     verbs = ("start", "explode", "reset", "*")
 
@@ -204,10 +227,24 @@ def _attack(
 
 def _answers(session: zenoh.Session) -> bool:
     """Whether the arm answers a person: with a reason, for there is nothing to pause."""
-    try:
-        return bool(ask(session, ROBOT, "arm", "pause", {}).reason)
-    except NoAnswer:
-        return False
+    deadline = time.monotonic() + LONGEST
+    while time.monotonic() < deadline:
+        with suppress(NoAnswer):
+            return bool(ask(session, ROBOT, "arm", "pause", {}).reason)
+    return False
+
+
+def own_address() -> str:
+    """A loop-back address that no other process uses: our process id is in it."""
+    pid = os.getpid()
+    return f"127.{64 + (pid >> 16)}.{pid >> 8 & 255}.{pid & 255}"
+
+
+def free_door() -> str:
+    """Our own address and a port of it that nobody listens on, nor will before we do."""
+    with socket.socket() as probe:
+        probe.bind((own_address(), 0))
+        return f"{own_address()}:{probe.getsockname()[1]}"
 
 
 def _endpoints(folder: Path, profile: Profile) -> tuple[Endpoints, Endpoints, Endpoints]:
@@ -215,14 +252,10 @@ def _endpoints(folder: Path, profile: Profile) -> tuple[Endpoints, Endpoints, En
     inside = local(folder, "arm")
     if profile == "open":
         return inside, local(folder), local(folder)
-    import socket
-
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        door = f"tls/127.0.0.1:{probe.getsockname()[1]}"
+    door = f"tls/{free_door()}"
     authority = new_authority(ROBOT)
     for role in ("arm", WATCHER, OPERATOR):
-        issue(authority, folder / "keys", ROBOT, role, "127.0.0.1", days=1)
+        issue(authority, folder / "keys", ROBOT, role, own_address(), days=1)
     arm, watcher, operator = (
         Identity(ROBOT, role, folder / "keys") for role in ("arm", WATCHER, OPERATOR)
     )
@@ -244,7 +277,7 @@ def _robot(folder: Path) -> Iterator[None]:
         try:
             yield
         finally:
-            process.terminate()
+            process.kill()
 
 
 @contextmanager

@@ -12,7 +12,9 @@ import json
 import os
 import sys
 import threading
+from collections import Counter
 from pathlib import Path
+from typing import Any
 
 import zenoh
 
@@ -20,22 +22,36 @@ from services.bench.hostile import HOSTILE, ROBOT
 from services.components import build_service
 from services.live.clock import HeardClock
 from services.live.runner import run_live
-from services.messages import Message
+from services.messages import BadMessage, Message
 from services.requests import Requests
 from services.wire.bus import Bus, _Reader
+from services.wire.codec import decode
 from services.wire.endpoints import Endpoints, Identity, config
 
 
 class Counting(Bus):
-    """Counts hostile messages that passed every check."""
+    """Counts hostile messages that passed every check, and others that did not."""
 
     hostile = 0
+
+    def __init__(self, session: zenoh.Session, robot: str, service: str, inputs: Any) -> None:
+        super().__init__(session, robot, service, inputs)
+        self.late: Counter[str] = Counter()
 
     def _accept(self, reader: _Reader, payload: bytes, now: float | None) -> Message | None:
         message = super()._accept(reader, payload, now)
         if message is not None and reader.admission.seq >= HOSTILE:
             self.hostile += 1
+        if message is None and not _hostile(reader, payload):
+            self.late[reader.topic.name] += 1
         return message
+
+
+def _hostile(reader: _Reader, payload: bytes) -> bool:
+    try:
+        return decode(reader.topic, payload)[0] >= HOSTILE
+    except BadMessage:
+        return True
 
 
 def main() -> None:
@@ -62,7 +78,8 @@ def main() -> None:
         realtime.set_up("auto", 2)
         run_live(service, bus, HeardClock(), stop, requests)
         refused = dict(bus.refused) | {"requests: flooded": requests.flooded}
-        print(json.dumps({"accepted": bus.hostile, "refused": refused}), flush=True)  # noqa: T201
+        said = {"accepted": bus.hostile, "refused": refused, "late": bus.late}
+        print(json.dumps(said), flush=True)  # noqa: T201
         os._exit(0)
 
 

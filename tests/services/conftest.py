@@ -23,7 +23,7 @@ def shared_robot() -> Iterator[Path]:
     """
     from live_robot import running
 
-    with TemporaryDirectory(prefix="sh") as home, running(Path(home)):
+    with TemporaryDirectory(prefix="sh", ignore_cleanup_errors=True) as home, running(Path(home)):
         yield Path(home)
 
 

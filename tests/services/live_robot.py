@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 import os
-import subprocess
+import signal
 import sys
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+
+from patience import PATIENCE, Command, until
 
 from services.script import NotRunning, Silent, connect
 
 ROOT = Path(__file__).parents[2]
 COMMAND = "steadyhand up whiteboard_moving"
 """What a person would type; paced, the same happens however busy the machine is."""
-LONGEST = 300
-"""Of robot time, so that nothing is left running for ever should a test run be killed [s]."""
-PATIENCE = 120.0
-"""For what happens in seconds on a quiet machine [s]."""
+LONGEST = 3600
+"""Of robot time [s]: it is ended when it is no longer used, and killed with the test run."""
 
 
 def environment(home: Path) -> dict[str, str]:
@@ -40,30 +39,15 @@ def environment(home: Path) -> dict[str, str]:
 @contextmanager
 def running(home: Path) -> Iterator[Path]:
     """``COMMAND``, paced, with its sockets below ``home``, until the ``with`` is left."""
-    log = home / "output"
-    command = [
-        *COMMAND.split(),
-        "--no-console",
-        "--paced",
-        "--for",
-        str(LONGEST),
-        "--out",
-        str(home / "run"),
-    ]
-    with log.open("w") as file:
-        up = subprocess.Popen(command, stdout=file, stderr=file, env=environment(home), cwd=home)
+    more = ["--no-console", "--paced", "--for", str(LONGEST), "--hang", "30"]
+    command = [*COMMAND.split(), *more, "--out", str(home / "run")]
+    up = Command(command, home / "output", env=environment(home), cwd=home)
     try:
-        deadline = time.monotonic() + PATIENCE
-        while not _speaks(home / "steadyhand" / "r1"):
-            assert up.poll() is None and time.monotonic() < deadline, log.read_text()
+        until(lambda: _speaks(home / "steadyhand" / "r1"), "arm and platform", up.failed)
         yield home
-        assert up.poll() is None, f"it ended while it was used: {log.read_text()}"
+        assert not up.failed(), f"it ended while it was used: {up.failed()}"
     finally:
-        up.terminate()
-        try:
-            up.wait(PATIENCE)
-        except subprocess.TimeoutExpired:
-            up.kill()
+        up.end(signal.SIGKILL)  # nobody reads its report
 
 
 def begin_anew(home: Path) -> None:
@@ -90,12 +74,11 @@ def begin_anew(home: Path) -> None:
 
 
 def _speaks(run_dir: Path) -> bool:
-    """Whether the arm and the platform are at work."""
+    """Whether the arm has begun its task by itself, and the platform is there."""
     try:
         with connect(run_dir=run_dir) as robot:
-            robot.wait_for("arm/status", lambda status: status.state == "running", timeout=1.0)
-            robot.latest("base/status", timeout=1.0)
+            robot.wait_for("arm/status", lambda status: status.state != "idle", timeout=10.0)
+            robot.latest("base/status")
     except (NotRunning, Silent):
-        time.sleep(0.1)
         return False
     return True

@@ -2,22 +2,15 @@
 
 from __future__ import annotations
 
-import socket
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from services.bench.hostile import free_door, own_address
 from services.topics import Topic
 from services.wire.bus import Bus, open_bus
 from services.wire.endpoints import Endpoints, Identity
 from services.wire.keys import Authority, issue, new_authority
-
-
-def free_port() -> int:
-    """A TCP port nobody listens on."""
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
 
 
 @dataclass
@@ -27,24 +20,23 @@ class Place:
     folder: Path
     stack: ExitStack
     authority: Authority = field(default_factory=lambda: new_authority("r1"))
-    ports: dict[str, int] = field(default_factory=dict)
+    doors: dict[str, str] = field(default_factory=dict)
 
     def identity(self, role: str, authority: Authority | None = None, days: float = 1) -> Identity:
         """A role's certificate, of our authority if no other is given."""
         folder = self.folder / f"{role}-{len(list(self.folder.glob('*')))}"
-        issue(authority or self.authority, folder, "r1", role, "127.0.0.1", days)
+        issue(authority or self.authority, folder, "r1", role, own_address(), days)
         if authority is not None:  # the stranger trusts us: it is we who must not trust it
             (folder / "authority.pem").write_bytes(self.authority.pem())
         return Identity("r1", role, folder)
 
     def listening(self, role: str, *inputs: Topic) -> Bus:
         """A service that listens, and connects to nobody."""
-        self.ports[role] = free_port()
-        listen = (f"tls/127.0.0.1:{self.ports[role]}",)
-        endpoints = Endpoints(listen, (), self.identity(role))
+        self.doors[role] = free_door()
+        endpoints = Endpoints((f"tls/{self.doors[role]}",), (), self.identity(role))
         return self.stack.enter_context(open_bus(endpoints, "r1", role, inputs))
 
     def connecting(self, service: str, identity: Identity, to: str, *inputs: Topic) -> Bus:
         """A process that calls itself ``service`` and connects with a certificate."""
-        endpoints = Endpoints((), (f"tls/127.0.0.1:{self.ports[to]}",), identity)
+        endpoints = Endpoints((), (f"tls/{self.doors[to]}",), identity)
         return self.stack.enter_context(open_bus(endpoints, "r1", service, inputs))

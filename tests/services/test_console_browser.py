@@ -9,21 +9,18 @@ from __future__ import annotations
 import re
 import shutil
 import signal
-import subprocess
 import sys
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
 import pytest
+from patience import PATIENCE, Command, until
 
 pytestmark = [pytest.mark.browser, pytest.mark.processes]
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("chrome")
-PATIENCE = 180.0
-"""For anything to be seen [s]."""
 FLAGS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 
 
@@ -41,41 +38,19 @@ behaviour = "hold_still"
 """
 
 
-def until(seen: Callable[[], Any], what: str, patience: float = PATIENCE) -> Any:
-    """What ``seen`` returns once it is true."""
-    deadline = time.monotonic() + patience
-    while True:
-        found = seen()
-        if found:
-            return found
-        assert time.monotonic() < deadline, f"not seen: {what}"
-        time.sleep(0.2)
-
-
-class Up:
+class Up(Command):
     """A running system."""
 
     def __init__(self, home: Path, *scenario: str) -> None:
-        self.home, self.run_dir = home, home / "r"
         command = [sys.executable, "-m", "services.cli", "up", *scenario, "--port", "0"]
-        command += ["--run-dir", str(self.run_dir), "--out", str(home / "out")]
-        self.said = (home / "up.txt").open("w+")
-        self.process = subprocess.Popen(command, stdout=self.said, stderr=subprocess.STDOUT)
+        command += ["--hang", "30", "--run-dir", str(home / "r"), "--out", str(home / "out")]
+        super().__init__(command, home / "up.txt")
 
     def address(self) -> str:
         """Of the page, once it is there."""
         pattern = re.compile(r"console\s+ready.*(http://127\.0\.0\.1:\d+)")
-
-        def found() -> Any:
-            assert self.process.poll() is None, (self.home / "up.txt").read_text()
-            return pattern.search((self.home / "up.txt").read_text())
-
-        return str(until(found, "the page's address")[1])
-
-    def end(self) -> None:
-        self.process.send_signal(signal.SIGINT)
-        self.process.wait(PATIENCE)
-        self.said.close()
+        found = until(lambda: pattern.search(self.said()), "the page's address", self.failed)
+        return str(found[1])  # type: ignore[index]
 
 
 @pytest.fixture(scope="module")
@@ -140,7 +115,7 @@ def test_a_person_sees_it_move_pushes_it_sends_it_away_stops_and_resets_it(
     browser: Any, tmp_path: Path
 ) -> None:
     """Everything that is pressed has an effect that is seen on the page, and an answer."""
-    with TemporaryDirectory(prefix="sh") as home:
+    with TemporaryDirectory(prefix="sh", ignore_cleanup_errors=True) as home:
         scenario = tmp_path / "waiting.toml"
         scenario.write_text(WAITING)
         up = Up(Path(home), str(scenario), "--paced", "--seed", "1")
@@ -208,4 +183,4 @@ def test_a_person_sees_it_move_pushes_it_sends_it_away_stops_and_resets_it(
             until(lambda: "2 looking" in text(other), "both browsers")
             other.screenshot(path=tmp_path / "8_services.png")
         finally:
-            up.end()
+            up.end(signal.SIGKILL)  # nobody looks at its pictures

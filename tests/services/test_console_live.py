@@ -8,59 +8,58 @@ import signal
 import socket
 import subprocess
 import sys
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+import orjson
 import pytest
+from patience import PATIENCE, Command, until
 
-from services.logs.runlog import read_log
+from services.logs.file import records
 from services.topics import CONSOLE, HEALTH
 
 pytestmark = pytest.mark.processes
-PATIENCE = 300.0
-
-
-def until(seen: Callable[[], object], what: str) -> None:
-    """Wait, as long as it takes on a busy machine."""
-    deadline = time.monotonic() + PATIENCE
-    while not seen():
-        assert time.monotonic() < deadline, f"not seen: {what}"
-        time.sleep(0.1)
 
 
 class Started:
-    """Commands that are ended with the test; their output is in files."""
+    """Commands that are ended with the test."""
 
     def __init__(self, home: Path) -> None:
         self.home, self.run_dir = home, home / "r"
-        self._all: list[subprocess.Popen[bytes]] = []
+        self._all: list[Command] = []
 
-    def __call__(self, name: str, *args: str) -> Callable[[], str]:
-        """Start a command; what it has said so far is returned by calling the result."""
-        said = self.home / name
-        with said.open("wb") as file:
-            command = [sys.executable, "-m", "services.cli", *args, "--run-dir", str(self.run_dir)]
-            self._all.append(subprocess.Popen(command, stdout=file, stderr=file))
-        return said.read_text
+    def __call__(self, name: str, *args: str) -> Command:
+        """Start a command."""
+        command = [sys.executable, "-m", "services.cli", *args, "--run-dir", str(self.run_dir)]
+        self._all.append(Command(command, self.home / name))
+        return self._all[-1]
 
-    def end(self, number: int = -1) -> None:
-        """End the newest one, or that of a number."""
-        process = self._all.pop(number)
-        process.send_signal(signal.SIGINT)
-        process.wait(PATIENCE)
+    def up(self, name: str, *args: str) -> Command:
+        """Start a robot that does not stand still when the machine does."""
+        out = str(self.home / name)
+        more = ("--paced", "--hang", "30", "--out", out)
+        return self(f"{name}.txt", "up", "whiteboard", *more, *args)
+
+    def end(self) -> None:
+        """End the newest one."""
+        self._all.pop().end()
 
     def end_all(self) -> None:
-        """End whatever still runs."""
+        """End whatever still runs; nobody reads what it writes then."""
         while self._all:
-            self.end()
+            self._all.pop().end(signal.SIGKILL)
+
+
+def says(command: Command, pattern: str) -> re.Match[str]:
+    """Wait until a command says what it has to, and look at once when it ends before."""
+    return until(lambda: re.search(pattern, command.said()), pattern, command.failed)  # type: ignore[return-value]
 
 
 @pytest.fixture
 def start() -> Iterator[Started]:
     """In a short path, for sockets are in it."""
-    with TemporaryDirectory(prefix="sh") as home:
+    with TemporaryDirectory(prefix="sh", ignore_cleanup_errors=True) as home:
         started = Started(Path(home))
         try:
             yield started
@@ -71,18 +70,20 @@ def start() -> Iterator[Started]:
 def test_a_console_that_was_there_first_shows_the_robot_and_its_restart(start: Started) -> None:
     """It waits, draws when the robot comes, and goes on with the next robot."""
     alone = start("console", "console", "--port", "0")
-    until(lambda: "the page is http://127.0.0.1:" in alone(), "the page")
+    says(alone, r"the page is http://127\.0\.0\.1:")
     for run in ("1", "2"):
-        out = str(start.home / run)
-        robot = start(f"up{run}", "up", "whiteboard", "--no-console", "--paced", "--out", out)
-        until(lambda robot=robot: re.search(r"arm +running", robot()), "the arm")  # type: ignore[misc]
-        time.sleep(1.0)  # some heartbeats
+        says(start.up(run, "--no-console"), r"arm +running")
+        log = start.home / run / "run.mcap"
+        until(lambda log=log: hears(log), "a console that hears the robot", alone.failed)  # type: ignore[misc]
         start.end()
-        log, _ = read_log(start.home / run / "run.mcap", [HEALTH[CONSOLE]])
-        beats = log.series(HEALTH[CONSOLE])
-        assert beats and beats[-1].t > 0.0, "the console did not hear the robot"
-        assert beats[-1].state == "serving"
-    assert "Traceback" not in alone()
+    assert "Traceback" not in alone.said()
+
+
+def hears(log: Path) -> bool:
+    """Whether the recorder has written that the console serves its page and hears the robot."""
+    found = (record for record in records(log, [HEALTH[CONSOLE].name]) if record.data)
+    beats = [orjson.loads(record.data) for record in found]
+    return any(beat["t"] > 0.0 and beat["state"] == "serving" for beat in beats)
 
 
 def test_up_goes_on_without_its_console(start: Started) -> None:
@@ -91,24 +92,20 @@ def test_up_goes_on_without_its_console(start: Started) -> None:
         taken.bind(("127.0.0.1", 0))
         taken.listen()
         port = str(taken.getsockname()[1])
-        out = str(start.home / "out")
-        up = start("up", "up", "whiteboard", "--paced", "--port", port, "--out", out)
-        until(lambda: "given up" in up(), "the console given up")
-        assert re.search(rf"port {port} .*not free.*--port \(0 for any", up())
-        until(lambda: re.search(r"arm +running", up()), "a robot that works")
+        up = start.up("out", "--port", port)
+        says(up, "given up")
+        assert re.search(rf"port {port} .*not free.*--port \(0 for any", up.said())
+        says(up, r"arm +running")
 
 
 def test_a_console_that_dies_comes_back(start: Started) -> None:
     """Killed, it is started again, and the robot has noticed nothing."""
-    out = str(start.home / "out")
-    up = start("up", "up", "whiteboard", "--paced", "--port", "0", "--out", out)
-    until(lambda: re.search(r"console +ready", up()), "the console")
-    found = re.search(r"console +started +process (\d+)", up())
-    assert found is not None
-    os.kill(int(found[1]), signal.SIGKILL)
-    until(lambda: re.search(r"console +restarted", up()), "the console again")
-    until(lambda: re.search(r"arm +running", up()), "a robot that works")
-    assert not re.search(r"(sim|observer|arm|base|recorder) +died", up())
+    up = start.up("out", "--port", "0")
+    says(up, r"console +ready")
+    os.kill(int(says(up, r"console +started +process (\d+)")[1]), signal.SIGKILL)
+    says(up, r"console +restarted")
+    says(up, r"arm +running")
+    assert not re.search(r"(sim|observer|arm|base|recorder) +died", up.said())
 
 
 def test_a_port_in_use_ends_the_command_with_a_way_on(start: Started) -> None:

@@ -14,8 +14,9 @@ from services.components import build_service
 from services.console.feed import INPUTS, Feed
 from services.console.page import Page
 from services.console.server import Server
+from services.console.words import plain
 from services.lockstep import Lockstep
-from services.topics import TRUTH
+from services.topics import BASE_STATUS, TRUTH
 from sim.scenario import load_scenario
 
 HEARD = {topic.name for topic in INPUTS}
@@ -61,7 +62,11 @@ def test_the_robot_is_drawn_where_it_is_and_plots_move(server: Server, name: str
         assert plot.track == "velocity"
     assert handle.data[0][-1] == pytest.approx(feed.t, abs=0.05)
     assert np.isfinite(handle.data[1]).all()
-    assert "holding" in page._platform.content or "|" in page._platform.content
+    base = feed.latest(BASE_STATUS)
+    assert base is not None and base.votes
+    assert f"**{base.state}**" in page._platform.content
+    for behaviour in base.votes:
+        assert f"</span> {plain(behaviour)} | " in page._platform.content
 
 
 def test_a_browser_that_stands_still_lets_nothing_pile_up(server: Server) -> None:

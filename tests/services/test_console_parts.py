@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import threading
-import time
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
+from patience import PATIENCE, until
 from scipy.spatial.transform import Rotation
 
 from services.console.asking import GAP, MOST, Asking
@@ -89,14 +90,18 @@ def test_every_press_has_an_answer() -> None:
     assert [a.label for a in asking.answers] == ["Start", "Reset", "Halt"]
 
 
-def test_a_page_gone_wild_floods_nobody_and_the_stop_still_goes_through() -> None:
+def test_a_page_gone_wild_floods_nobody_and_the_stop_still_goes_through(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """Of many presses at once a few are sent; a stop is sent while all others wait."""
-    sent, hold = [], threading.Event()
+    sent, hold, now = [], threading.Event(), [0.0]
+    clock = SimpleNamespace(monotonic=lambda: now[0])
+    monkeypatch.setattr("services.console.asking.time", clock)
 
     def ask(service: str, verb: str, args: dict[str, Any]) -> Reply:
         sent.append(verb)
         if verb != "protective_stop":
-            hold.wait(20)
+            hold.wait(PATIENCE)
         return Reply(True)
 
     asking = Asking(ask)
@@ -105,17 +110,19 @@ def test_a_page_gone_wild_floods_nobody_and_the_stop_still_goes_through() -> Non
     ]
     for thread in threads:
         thread.start()
-    deadline = time.monotonic() + 20
-    while len(sent) < MOST and time.monotonic() < deadline:
-        time.sleep(0.01)
+    until(
+        lambda: sum(t.is_alive() for t in threads) == len(sent) == MOST,
+        "a few that wait",
+        lambda: f"{len(sent)} were sent" if len(sent) > MOST else "",
+    )
     assert asking("Protective stop", "arm", "protective_stop", urgent=True).accepted
     hold.set()
     for thread in threads:
-        thread.join(20)
+        thread.join(PATIENCE)
     assert sent.count("disturb") == MOST
     first, second = (asking("push", "sim", "disturb") for _ in range(2))
     assert first.accepted and not second.accepted
-    time.sleep(GAP)
+    now[0] += GAP
     assert asking("push", "sim", "disturb").accepted
 
 

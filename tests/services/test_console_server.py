@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import queue
 import socket
 import urllib.request
 from collections.abc import Iterator
@@ -10,6 +11,7 @@ from pathlib import Path
 import msgspec
 import pytest
 import viser
+from patience import PATIENCE
 from viser import _messages
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import ClientConnection, connect
@@ -37,7 +39,7 @@ def browser(server: Server, origin: str | None) -> ClientConnection:
 
 def serves(server: Server) -> bool:
     """Whether the page itself can be had."""
-    with urllib.request.urlopen(server.url, timeout=20) as answer:
+    with urllib.request.urlopen(server.url, timeout=PATIENCE) as answer:
         return bool(b"<html" in answer.read().lower())
 
 
@@ -68,15 +70,18 @@ def test_its_own_page_is_served(server: Server) -> None:
     assert serves(server)
     for name in (HOST, "localhost"):
         with browser(server, f"http://{name}:{server.get_port()}") as page:
-            assert page.recv(timeout=20)
+            assert page.recv(timeout=PATIENCE)
 
 
-def test_nobody_gets_a_public_tunnel(server: Server) -> None:
+def test_nobody_gets_a_public_tunnel(server: Server, monkeypatch: pytest.MonkeyPatch) -> None:
     """Neither by calling for it nor as a browser does, with viser's own message."""
-    assert server.request_share_url() is None
+    asked: queue.Queue[str | None] = queue.Queue()
+    refuse = server.request_share_url
+    assert refuse() is None
+    monkeypatch.setattr(server, "request_share_url", lambda: asked.put(refuse()))
     with browser(server, server.url) as page:
         page.send(msgspec.msgpack.encode({"type": _messages.ShareUrlRequest.__name__}))
-        assert page.recv(timeout=20)
+        assert asked.get(timeout=PATIENCE) is None
     assert server._share_tunnel is None
 
 
@@ -88,7 +93,7 @@ def test_a_browser_that_sends_garbage_ends_only_itself(
     with browser(server, server.url) as good:
         with browser(server, server.url) as bad:
             bad.send(garbage)
-        assert good.recv(timeout=20)
+        assert good.recv(timeout=PATIENCE)
     assert serves(server)
 
 

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Iterator
+import itertools
+from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
 
 import numpy as np
 import pytest
 import zenoh
+from patience import until
 
 from services import topics
 from services.messages import ArmState, Message, Odometry
@@ -25,16 +26,6 @@ from services.wire.endpoints import (
     local,
     make_run_dir,
 )
-
-PATIENCE = 30.0
-
-
-def eventually(condition: Callable[[], bool]) -> None:
-    """Wait generously for something that has to happen."""
-    deadline = time.monotonic() + PATIENCE
-    while not condition():
-        assert time.monotonic() < deadline, "it did not happen"
-        time.sleep(0.005)
 
 
 def odometry(t: float) -> Odometry:
@@ -60,25 +51,31 @@ class Pair:
             )
         )
         self.sim.declare(ODOMETRY, ARM_STATE)
-        heard: list[object] = []
 
-        def met() -> bool:
-            self.sim.publish(ODOMETRY, odometry(0.0))
-            heard.extend(self.arm.drain(self.inbox, None))
-            return bool(heard)
-
-        eventually(met)
-        time.sleep(0.2)
-        self.arm.drain(self.inbox, None)
+        times = itertools.count()
+        until(lambda: self._say(next(times)) or self._heard(0), "each other")
+        last = next(times)  # when it is heard nothing older is on its way any more
+        self._say(last)
+        until(lambda: self._heard(last), "the last of it")
         self.inbox.new(ODOMETRY)
         self.local += 1000.0  # whatever was heard is long ago
+
+    def _say(self, t: float) -> None:
+        self.sim.publish(ODOMETRY, odometry(t))
+        self.sim.publish(ARM_STATE, arm_state(t))
+
+    def _heard(self, t: float) -> bool:
+        """Whether something of instant ``t`` or later was heard on both topics."""
+        self.arm.drain(self.inbox, None)
+        newest = (self.inbox.latest(ODOMETRY), self.inbox.latest(ARM_STATE))
+        return all(message is not None and message.t >= t for message in newest)
 
     def raw(self, topic: Topic, payload: bytes) -> None:
         """Put bytes on the network, and see them arrive."""
         slot = self.arm._readers[topic.name].slot
         before = len(slot)
         self.sim.session.put(key("r1", topic), payload)
-        eventually(lambda: len(slot) > before or len(slot) == RING)
+        until(lambda: len(slot) > before or len(slot) == RING, "its arrival", every=0.005)
 
     def hear(self, now: float | None) -> list[Message]:
         """What the reader accepts."""
@@ -228,9 +225,5 @@ def test_who_comes_first_waits_for_who_comes_later(tmp_path: Path) -> None:
     with zenoh.open(config(local(tmp_path))) as first:
         for _ in range(2):
             with zenoh.open(config(Endpoints(local(tmp_path, "sim").listen, ()))):
-                deadline = time.monotonic() + 10.0
-                while not list(first.info.peers_zid()):
-                    assert time.monotonic() < deadline
-                    time.sleep(0.01)
-            while list(first.info.peers_zid()):
-                time.sleep(0.01)
+                until(lambda: list(first.info.peers_zid()), "the other")
+            until(lambda: not list(first.info.peers_zid()), "its end")

@@ -9,7 +9,8 @@ import sys
 from pathlib import Path
 
 import pytest
-from live_robot import COMMAND, PATIENCE, ROOT, environment
+from live_robot import COMMAND, ROOT, environment
+from patience import PATIENCE
 
 EXAMPLES = sorted((ROOT / "docs" / "examples").glob("*.py"))
 
@@ -19,7 +20,7 @@ def run(name: str, home: Path, folder: Path) -> str:
     (file,) = (e for e in EXAMPLES if e.name.startswith(name))
     done = subprocess.run(
         [sys.executable, str(file)], cwd=folder, env=environment(home),
-        capture_output=True, text=True, timeout=PATIENCE, check=False,
+        capture_output=True, text=True, timeout=2 * PATIENCE, check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 from cryptography import x509
+from patience import PATIENCE
 
 from deploy.host_file import HOSTS, KNOWN, Hosts, Link, load_hosts
 from deploy.tomlfile import BadFile
@@ -194,7 +195,8 @@ trips = []
 for k in range({count}):
     start = time.monotonic(); s.sendto(b"%d" % k, ("10.79.0.2", 9))
     try:
-        if s.recv(100) == b"%d" % k: trips.append(time.monotonic() - start)
+        while s.recv(100) != b"%d" % k: pass  # answers that came later than we waited
+        trips.append(time.monotonic() - start)
     except OSError: pass
 print(len(trips), min(trips, default=0))
 """
@@ -206,20 +208,23 @@ def test_namespaces_are_as_far_apart_as_asked(bad_network: Network) -> None:
 
     def ask(count: int) -> tuple[int, float]:
         argv = bad_network.command("a", sys.executable, "-c", ASK.format(count=count))
-        out = subprocess.run(argv, capture_output=True, text=True, check=True).stdout.split()
+        done = subprocess.run(argv, capture_output=True, text=True, check=True, timeout=PATIENCE)
+        out = done.stdout.split()
         return int(out[0]), float(out[1])
 
     argv = bad_network.command("b", sys.executable, "-c", ECHO)
     with subprocess.Popen(argv, stdout=subprocess.PIPE, text=True) as echo:
-        assert echo.stdout is not None and echo.stdout.readline() == "up\n"
-        answered, fastest = ask(60)
-        assert 0 < answered < 60  # of 0.8 * 0.8 * 60 = 38, one in 1e11 for none lost
-        assert fastest >= 0.04
-        bad_network.cut("b")
-        assert ask(5)[0] == 0
-        bad_network.join("b")
-        assert ask(20)[0] > 0
-        echo.kill()
+        try:
+            assert echo.stdout is not None and echo.stdout.readline() == "up\n"
+            answered, fastest = ask(60)
+            assert 0 < answered < 60  # of 0.8 * 0.8 * 60 = 38, one in 1e11 for none lost
+            assert fastest >= 0.04
+            bad_network.cut("b")
+            assert ask(5)[0] == 0
+            bad_network.join("b")
+            assert ask(20)[0] > 0
+        finally:
+            echo.kill()
     listed = subprocess.run(["ip", "netns"], capture_output=True, text=True, check=True).stdout
     assert bad_network.namespace("a") in listed
 

@@ -306,7 +306,7 @@ def test_pandas_reads_what_was_exported(run: Run, file: Path, tmp_path: Path) ->
         assert result.exit_code == 0, result.output
     gyro = np.array([m.gyro for m in run.log.series(IMU)])
     for table in (
-        pd.read_csv(tmp_path / "csv" / "robot-imu.csv", float_precision="round_trip"),
+        pd.read_csv(tmp_path / "csv" / "robot-imu.csv", engine="pyarrow"),
         pd.read_parquet(tmp_path / "parquet" / "robot-imu.parquet"),
     ):
         np.testing.assert_array_equal(table[["gyro.0", "gyro.1", "gyro.2"]].to_numpy(), gyro)

@@ -10,6 +10,7 @@ from typing import Any, get_args
 
 import numpy as np
 import pytest
+from patience import PATIENCE
 from pydantic import ValidationError
 
 from services.run import run_lockstep, write_report
@@ -98,9 +99,11 @@ def test_processes_run_without_the_one_that_is_not_asked_for(
         "--paced",
         "--for",
         "0.2",
+        "--hang",
+        "30",
     ]
     command += ["--run-dir", str(tmp_path / "r"), "--out", str(tmp_path / "out"), "--json"]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE)
     assert done.returncode == 0, done.stderr
     said = json.loads(done.stdout)
     assert said["success"]

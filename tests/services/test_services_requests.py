@@ -20,7 +20,7 @@ from services.wire.endpoints import config, local
 
 
 @contextmanager
-def _running(run_dir: Path, looping: bool = True) -> Iterator[ToySim]:
+def _running(run_dir: Path, looping: bool = True) -> Iterator[tuple[ToySim, Requests]]:
     toy, stop = ToySim(1), threading.Event()
     with open_bus(local(run_dir, "sim"), "r1", "sim", toy.inputs) as bus:
         requests = Requests(bus.session, "r1", toy, timeout=10.0 if looping else 0.3)
@@ -30,7 +30,7 @@ def _running(run_dir: Path, looping: bool = True) -> Iterator[ToySim]:
         if looping:
             thread.start()
         try:
-            yield toy
+            yield toy, requests
         finally:
             stop.set()
             if looping:
@@ -46,7 +46,7 @@ def _ask(run_dir: Path, verb: str, args: dict[str, Any]) -> tuple[bool, str]:
 
 def test_accepted_and_refused(tmp_path: Path) -> None:
     """A good request acts; a wrong argument and an unknown verb are refused, saying why."""
-    with _running(tmp_path) as toy:
+    with _running(tmp_path) as (toy, _):
         before = toy.steps
         assert _ask(tmp_path, "stir", {"value": 0.25}) == (True, "")
         assert _ask(tmp_path, "stir", {"value": "much"}) == (False, "stir needs value=NUMBER")
@@ -66,11 +66,12 @@ def test_unreadable_arguments_are_refused(tmp_path: Path) -> None:
 
 def test_a_loop_that_does_not_take_it_up_is_reported(tmp_path: Path) -> None:
     """The asker learns that nothing happened, and nothing happens later."""
-    with _running(tmp_path, looping=False) as toy:
+    with _running(tmp_path, looping=False) as (toy, requests):
         x = toy.x
         accepted, reason = _ask(tmp_path, "stir", {"value": 0.25})
         assert not accepted
         assert "did not take it up" in reason
+        assert requests.run_pending(0.0) == []
         assert toy.x == x
 
 

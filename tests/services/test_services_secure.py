@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
@@ -10,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import zenoh
+from patience import PATIENCE, until
 from secure_place import Place
 
 from services.messages import ArmCommand, ArmState, Truth
@@ -21,7 +23,8 @@ from services.wire.bus import Bus
 from services.wire.endpoints import LARGEST
 from services.wire.keys import new_authority
 
-PATIENCE = 10.0  # [s] for what must arrive
+LAST = 10**6
+"""Number of a message after all others."""
 SILENCE = 1.0  # [s] of sending what must not
 
 
@@ -48,6 +51,18 @@ def heard(reader: Bus, topic: Topic, send: Callable[[int], object], seconds: flo
     return False
 
 
+def met(sim: Bus, arm: Bus) -> None:
+    """The arm is heard, and nothing that it said is on its way any more."""
+    assert heard(sim, ARM_COMMAND, speaks(arm, ARM_COMMAND, "arm"), PATIENCE)
+    arm.publish(ARM_COMMAND, _command(LAST))
+    inbox = Inbox([ARM_COMMAND])
+
+    def last() -> bool:
+        return any(c.t == _command(LAST).t for _, c, _ in sim.drain(inbox, None))
+
+    until(last, "the last of it")
+
+
 def speaks(bus: Bus, topic: Topic, owner: str) -> Callable[[int], object]:
     """Sends torques as the owner of the topic would, whoever we are."""
     bus.service = owner
@@ -66,10 +81,9 @@ def test_a_right_certificate_of_the_wrong_role_is_not_heard(place: Place, role: 
     """Who holds base's key cannot move the arm, even if it says that it is the arm."""
     sim = place.listening("sim", ARM_COMMAND)
     arm = place.connecting("arm", place.identity("arm"), "sim")
-    assert heard(sim, ARM_COMMAND, speaks(arm, ARM_COMMAND, "arm"), PATIENCE)
+    met(sim, arm)
     stranger = place.connecting("x", place.identity(role), "sim")
     _connected(stranger)
-    sim.drain(Inbox([ARM_COMMAND]), None)
     assert not heard(sim, ARM_COMMAND, speaks(stranger, ARM_COMMAND, "arm"), SILENCE)
     assert not sim.refused  # it was dropped before Python saw it
 
@@ -81,7 +95,7 @@ def test_without_a_good_certificate_nobody_gets_in(place: Place, case: str) -> N
     if case == "plain tcp":
         settings = zenoh.Config()
         settings.insert_json5("mode", '"client"')
-        settings.insert_json5("connect/endpoints", f'["tcp/127.0.0.1:{place.ports["sim"]}"]')
+        settings.insert_json5("connect/endpoints", f'["tcp/{place.doors["sim"]}"]')
         settings.insert_json5("scouting/multicast/enabled", "false")
         with pytest.raises(zenoh.ZError):
             zenoh.open(settings)
@@ -101,7 +115,7 @@ def test_no_certificate_no_session(place: Place) -> None:
     for name, value in {
         "mode": '"client"',
         "scouting/multicast/enabled": "false",
-        "connect/endpoints": f'["tls/127.0.0.1:{place.ports["sim"]}"]',
+        "connect/endpoints": f'["tls/{place.doors["sim"]}"]',
         "connect/timeout_ms": "1000",
         "transport/link/tls/root_ca_certificate": f'"{folder}/authority.pem"',
     }.items():
@@ -123,12 +137,14 @@ def test_truth_is_for_people_only(place: Place) -> None:
         sim.publish(TRUTH, Truth(0.001 * k, three, three, three, z, z, three, 0.0))
 
     assert heard(watcher, TRUTH, send, PATIENCE)
-    inbox, deadline = Inbox([TRUTH, ARM_STATE]), time.monotonic() + PATIENCE
-    while inbox.latest(ARM_STATE) is None and time.monotonic() < deadline:
-        send(int(1e3 * (time.monotonic() - deadline + 1e3)))
-        time.sleep(0.01)
+    inbox, k = Inbox([TRUTH, ARM_STATE]), itertools.count(LAST)
+
+    def state() -> bool:
+        send(next(k))
         arm.drain(inbox, None)
-    assert inbox.latest(ARM_STATE) is not None
+        return inbox.latest(ARM_STATE) is not None
+
+    until(state, "the state of the arm")
     assert inbox.latest(TRUTH) is None
 
 
@@ -162,7 +178,7 @@ def test_only_an_operator_is_answered(place: Place) -> None:
     import threading
 
     sim, service = place.listening("sim"), _Stirred()
-    requests, done = Requests(sim.session, "r1", service), threading.Event()  # type: ignore[arg-type]
+    requests, done = Requests(sim.session, "r1", service, PATIENCE), threading.Event()  # type: ignore[arg-type]
 
     def loop() -> None:
         while not done.wait(0.005):
@@ -189,26 +205,25 @@ def test_what_is_too_long_never_reaches_us(place: Place) -> None:
     """Whoever may speak may still not fill our memory: 64 kB is dropped, short junk is counted."""
     sim = place.listening("sim", ARM_COMMAND)
     arm = place.connecting("arm", place.identity("arm"), "sim")
-    assert heard(sim, ARM_COMMAND, speaks(arm, ARM_COMMAND, "arm"), PATIENCE)
-    sim.drain(Inbox([ARM_COMMAND]), None)
-    publisher = arm.session.declare_publisher("r1/arm/command")
+    met(sim, arm)
+    blocks = zenoh.CongestionControl.BLOCK  # nothing is dropped on our side
+    publisher = arm.session.declare_publisher("r1/arm/command", congestion_control=blocks)
     for size in (LARGEST + 1, 1 << 20, 8 << 20):
         publisher.put(b"\x00" * size)
     for junk in (b"", b"\xc1", b"\x83\xa4from", bytes(1000)):
         publisher.put(junk)
-    deadline = time.monotonic() + PATIENCE
     inbox = Inbox([ARM_COMMAND])
-    while sum(sim.refused.values()) < 4 and time.monotonic() < deadline:
+
+    def refused() -> bool:
         assert not sim.drain(inbox, None)
-        time.sleep(0.01)
+        return sum(sim.refused.values()) >= 4
+
+    until(refused, "the refusal of all junk")
     assert sum(sim.refused.values()) == 4
     assert not any("size" in reason for reason in sim.refused)
     assert heard(sim, ARM_COMMAND, speaks(arm, ARM_COMMAND, "arm"), PATIENCE)
 
 
 def _connected(bus: Bus) -> None:
-    deadline = time.monotonic() + PATIENCE
-    while not list(bus.session.info.peers_zid()):
-        assert time.monotonic() < deadline
-        time.sleep(0.01)
+    until(lambda: list(bus.session.info.peers_zid()), "a session")
     time.sleep(0.2)  # for what each tells the other about itself

@@ -9,22 +9,21 @@ from __future__ import annotations
 
 import re
 import shutil
-import subprocess
 from pathlib import Path
 
 import pytest
 from live_robot import COMMAND, ROOT, environment
+from patience import PATIENCE, Command
 
 TUTORIALS = sorted((ROOT / "docs" / "tutorials").glob("*.md"))
 SAYS = {
     "first_run": r"contour error[\s\S]*run\.mcap[\s\S]*observer[\s\S]*whiteboard_moving\.hds",
     "first_disturbance": r"push[\s\S]*accepted[\s\S]*refused[\s\S]*odometry silent[\s\S]*goes on",
     "read_the_observer": r"heading[\s\S]*10\d\d estimates[\s\S]*mean NIS",
-    "first_program": r"no findings|ok|Whiteboard_line[\s\S]*finished",
+    "first_program": r"no findings[\s\S]*Whiteboard_line[\s\S]*finished",
     "own_robot": r"finished",
 }
 """What must be among a tutorial's output, in order."""
-LONGEST = 900.0  # [s]
 
 
 def script(text: str) -> str:
@@ -49,13 +48,11 @@ def script(text: str) -> str:
 
 def follow(page: Path, home: Path, folder: Path) -> str:
     """What a tutorial's commands print."""
-    done = subprocess.run(
-        ["bash", "-c", script(page.read_text())], cwd=folder,
-        env={**environment(home), "COLUMNS": "100", **_source(folder)},
-        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=LONGEST, check=False,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stdout
-    return done.stdout
+    env = {**environment(home), "COLUMNS": "100", **_source(folder)}
+    shell = Command(["bash", "-c", script(page.read_text())], folder / "said", env=env, cwd=folder)
+    code = shell.wait(3 * PATIENCE)
+    assert code == 0, shell.said()
+    return shell.said()
 
 
 def _source(folder: Path) -> dict[str, str]:

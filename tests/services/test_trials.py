@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import signal
 import subprocess
 import sys
 import textwrap
-import time
 from pathlib import Path
 from typing import Any
 
 import pytest
 from distributed import LocalCluster
+from patience import PATIENCE, until
 from typer.testing import CliRunner
 
 from services.cli.main import app
@@ -216,11 +217,13 @@ def test_ctrl_c_keeps_what_is_done(tmp_path: Path) -> None:
         env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)},
     ) as process:
         journal = tmp_path / "trials.jsonl"
-        deadline = time.monotonic() + 120
-        while not (journal.is_file() and journal.stat().st_size) and time.monotonic() < deadline:
-            time.sleep(0.1)
-        os.killpg(process.pid, signal.SIGINT)
-        said = process.communicate(timeout=120)[0]
+        try:
+            until(lambda: journal.is_file() and journal.stat().st_size, "a trial that is done")
+            os.killpg(process.pid, signal.SIGINT)
+            said = process.communicate(timeout=PATIENCE)[0]
+        finally:
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGKILL)
     assert process.returncode == 1
     assert "--resume goes on" in " ".join(said.split())
     assert "Traceback" not in said
