@@ -19,17 +19,9 @@ if TYPE_CHECKING:
 program = typer.Typer(
     help="Programs of arm and platform (*.hds).", no_args_is_help=True, rich_markup_mode=None
 )
-for command in (
-    cli_requests.start,
-    cli_requests.stop,
-    cli_requests.abort,
-    cli_requests.pause,
-    cli_requests.resume,
-    cli_requests.jump,
-    cli_requests.follow,
-    cli_requests.event,
-    *cli_program_look.COMMANDS,
-):
+for name, command in cli_requests.PROGRAM.items():
+    program.command(name)(command)
+for command in cli_program_look.COMMANDS:
     program.command()(command)
 
 
