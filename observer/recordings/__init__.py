@@ -1,0 +1,1 @@
+"""Recorded sensor data of any planar platform: read, judged, run through the observer."""
