@@ -15,9 +15,9 @@ import numpy as np
 
 from deploy.robot import MobileBase
 from observer.belief import IMU, NAMES, ODOMETRY, SPEED, Event
-from observer.recordings.recording import Recording, Samples
 from observer.metrics import nees
 from observer.observer_options import ObserverOptions, make_filter
+from observer.recordings.recording import Recording, Samples
 from observer.sensor_models import reading_in_B, rotation_of
 from observer.update import nis3
 from observer.wheel_scale import WheelScale

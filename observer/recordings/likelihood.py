@@ -14,9 +14,9 @@ import numpy as np
 
 from deploy.robot import MobileBase
 from observer.filter_options import FilterOptions
+from observer.observer_options import ObserverOptions
 from observer.recordings.innovations import Innovations, Measurements, innovations
 from observer.recordings.parameters import Parameter
-from observer.observer_options import ObserverOptions
 from services.messages import Array
 
 PRIOR = math.log(10.0)

@@ -11,8 +11,8 @@ from typing import Any, Generic, TypeVar
 
 import numpy as np
 
-from observer.recordings.recording import Recording, Samples
 from observer.observer import Observer
+from observer.recordings.recording import Recording, Samples
 from services.messages import Array, BaseCommand, Estimate, Imu, Message, Odometry, WheelSpeed
 
 TICK = 0.002

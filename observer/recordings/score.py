@@ -14,9 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from observer.metrics import rms
 from observer.recordings.recording import Samples
 from observer.recordings.run import Track
-from observer.metrics import rms
 from services.messages import Array
 
 SPANS = (1.0, 10.0)

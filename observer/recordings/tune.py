@@ -81,8 +81,8 @@ def tune(recording: Recording, seconds: float = 30.0, keep: Collection[str] = ()
     """Find the noise parameters of a platform from the liveliest part of a recording.
 
     Args:
-        recording: put right by `observer.recordings.prepare.prepare` or right from the start; delays,
-            scales and the mounting of the IMU are taken as its base says.
+        recording: put right by `observer.recordings.prepare.prepare` or right from the start; its
+            delays, scales and the mounting of the IMU are taken as its base says.
         seconds: how much of it is used [s]; the time this takes is in proportion.
         keep: names of parameters that stay as they are. The likelihood takes every error for
             white: what is wrong in the same way for seconds, like a heading that turns too far, it

@@ -60,7 +60,7 @@ def check(
             found.append(Finding("error", "unreadable", text, str(name), 1, 1, 0))
     bad = any(f.severity == "error" for f in found)
     if control and not bad:
-        from services.cli.control import check_control
+        from services.cli.program_control import check_control
 
         check_control([_file(name) for name in files], found, samples, seed, scenario, json)
     if json:

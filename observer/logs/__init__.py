@@ -1,1 +1,0 @@
-"""Recorded sensor data of any planar platform: read, judged, run through the observer."""
