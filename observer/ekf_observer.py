@@ -266,7 +266,7 @@ class EkfObserver:
             imu_nis=0.0,
             odometry_age=NEVER,
             imu_age=NEVER,
-            command_age=min(now - self._newest["command"], NEVER),
+            command_age=_age(now - self._newest["command"]),
             rejected=self._rejected,
             valid=False,
             reason="no odometry yet",

@@ -6,7 +6,7 @@ from arm.hand.executive import HandExecutive
 from arm.hand.nodes import REGISTRY
 from deploy.task import BottleTask
 from services.program_service import ProgramService
-from services.service import Inbox, Outbox
+from services.service import Arrivals, Inbox, Outbox
 from services.topics import ARM_STATE, ESTIMATE, HAND_COMMAND, HAND_STATE, Topic
 from sim.scenario import Scenario
 
@@ -23,6 +23,7 @@ class HandService(ProgramService[HandExecutive]):
         task = scenario.task.bottle or BottleTask()
         executive = HandExecutive(scenario.robot, task, seed)
         self.period = executive.hand.model.robot.period
+        self.driven_by = Arrivals(ARM_STATE, self.period)
         super().__init__(executive, REGISTRY, 7, 0, scenario, live, restarted)
 
     def step(self, now: float, inbox: Inbox) -> Outbox:

@@ -435,11 +435,13 @@ class Health(Message):
     period: dict[str, float] = field(default_factory=dict)
     """Of the ticks since the last heartbeat [s]: target, mean, std, max."""
     lateness: dict[str, float] = field(default_factory=dict)
-    """Start of a tick behind its deadline [s]: p50, p99, max."""
+    """Start of a tick behind its deadline [s]: p50, p99, max; share over_1ms later than that."""
     overruns: int = 0
     """Ticks skipped since start because the one before took too long."""
     ages: dict[str, float] = field(default_factory=dict)
     """Age of each input [s]."""
+    answers: dict[str, float] = field(default_factory=dict)
+    """Of the robot alone: from an arm state sent to the command for it heard [s]: p50, p99, max."""
     refused: dict[str, int] = field(default_factory=dict)
     """Refused messages since start, by ``topic: reason``."""
 

@@ -42,11 +42,11 @@ class ObserverService:
         # truth is for reference runs alone: no other kind so much as subscribes to it
         self._truth = self._observer if isinstance(self._observer, TruthReference) else None
         self.inputs: tuple[Topic, ...] = (ODOMETRY, IMU, BASE_COMMAND)
-        if self._board is not None:
-            self.inputs += (VISION,)
         self._watch = watch_of(robot, box)
+        if self._board is not None or self._watch is not None:
+            self.inputs += (VISION,)
         if self._watch is not None:
-            self.inputs += (VISION, ARM_STATE)
+            self.inputs += (ARM_STATE,)
         if self._truth is not None:
             self.inputs += (TRUTH,)
         self._state = ("starting", "")
@@ -61,11 +61,12 @@ class ObserverService:
         )
         self._state = ("valid" if estimate.valid else "invalid", estimate.reason)
         out: Outbox = [(ESTIMATE, estimate)]
+        sightings = inbox.new(VISION) if self._board or self._watch else []
         if self._board is not None:
-            board = self._board.step(estimate, inbox.new(VISION))
+            board = self._board.step(estimate, sightings)
             out += [] if board is None else [(BOARD, board)]
         if self._watch is not None:
-            seen = self._watch.step(estimate, inbox.new(VISION), inbox.latest(ARM_STATE))
+            seen = self._watch.step(estimate, sightings, inbox.latest(ARM_STATE))
             out += [] if seen is None else [(OBJECT, seen)]
         return out
 

@@ -11,7 +11,7 @@ from arm.hds.machine import Machine
 from deploy.task import find_program
 from deploy.tomlfile import BadFile
 from services.messages import ArmCommand, ArmState, ArmStatus, Estimate
-from services.service import Inbox, Outbox, Reply, act_on
+from services.service import Arrivals, Inbox, Outbox, Reply, act_on
 from services.topics import ARM_COMMAND, ARM_STATE, ARM_STATUS, ESTIMATE
 from sim.scenario import Scenario
 
@@ -65,6 +65,7 @@ class ProgramService(Generic[X]):
 
     name = "arm"
     period = 0.001
+    driven_by = Arrivals(ARM_STATE, 0.001)
     verbs: tuple[str, ...] = (
         "start",
         "pause",

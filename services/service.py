@@ -78,8 +78,23 @@ class Inbox:
         return out
 
 
+@dataclass(frozen=True)
+class Arrivals:
+    """What a live service is stepped by instead of a clock.
+
+    Attributes:
+        topic: whose arrivals.
+        period: nominal time between two [s].
+    """
+
+    topic: Topic
+    period: float
+
+
 class Service(Protocol):
     """A process without its process: stepped by a runner, with time and inputs passed in.
+
+    One that has ``driven_by: Arrivals`` is stepped by these when it runs live.
 
     Attributes:
         name: one of ``topics.SERVICES``.

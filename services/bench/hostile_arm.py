@@ -22,7 +22,6 @@ from services.live.clock import HeardClock
 from services.live.runner import run_live
 from services.messages import Message
 from services.requests import Requests
-from services.topics import ARM_STATE
 from services.wire.bus import Bus, _Reader
 from services.wire.endpoints import Endpoints, Identity, config
 
@@ -61,7 +60,7 @@ def main() -> None:
         bus = Counting(session, ROBOT, "arm", service.inputs)
         requests = Requests(session, ROBOT, service)
         realtime.set_up("auto", 2)
-        run_live(service, bus, HeardClock(), stop, requests, trigger=ARM_STATE)
+        run_live(service, bus, HeardClock(), stop, requests)
         refused = dict(bus.refused) | {"requests: flooded": requests.flooded}
         print(json.dumps({"accepted": bus.hostile, "refused": refused}), flush=True)  # noqa: T201
         os._exit(0)

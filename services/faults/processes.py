@@ -11,10 +11,8 @@ import os
 import re
 import signal
 import subprocess
-import sys
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -22,9 +20,9 @@ from typing import Any
 import numpy as np
 import psutil
 
+from services.bench.live_robot import AT_WORK, START, robot, to_work
 from services.components import build_service
-from services.requests import NoAnswer
-from services.script import Connection, Refused, Silent, connect
+from services.script import Connection, Silent
 from services.service import Service
 from services.topics import ARM_STATUS, HEALTH, SERVICES, TRUTH
 
@@ -34,9 +32,6 @@ SLOW = 1.0
 """How long a service is slowed [s], ..."""
 SLICE = 0.03
 """... stopped for so long, and going on for as long [s]."""
-START = 60.0
-"""For the robot to come up, and for a service to be back [s]."""
-AT_WORK = ("running", "degraded", "resuming")
 AT_REST = 0.02
 """Joints slower than this rest [rad/s]."""
 _STUCK = re.compile(r"(a+)+$")
@@ -73,31 +68,6 @@ def build(name: str, scenario: str, *args: Any, **options: Any) -> Service:
     return build_service(name, scenario, *args, **options)
 
 
-@contextmanager
-def robot(run_dir: Path, scenario: str, seed: int) -> Iterator[tuple[psutil.Popen, Connection]]:
-    """A running robot and a line to it; both are gone afterwards.
-
-    Raises:
-        TimeoutError: it did not come up.
-    """
-    command = [sys.executable, "-m", "services.cli", "up", scenario, "--run-dir", str(run_dir)]
-    command += ["--factory", "services.faults.processes:build", "--seed", str(seed)]
-    run_dir.mkdir(parents=True, exist_ok=True)
-    with (run_dir / "up.txt").open("w") as out:
-        up = psutil.Popen(command, stdout=out, stderr=subprocess.STDOUT)
-        try:
-            deadline = time.monotonic() + START
-            said = run_dir / "up.txt"
-            while len(re.findall(r" ready ", said.read_text())) < len(SERVICES):
-                if time.monotonic() > deadline or up.poll() is not None:
-                    raise TimeoutError(f"the robot did not come up; see {said}")
-                time.sleep(0.1)
-            with connect(run_dir=run_dir) as line:
-                yield up, line
-        finally:
-            _end(up)
-
-
 def orphans(up: psutil.Popen, signal_number: int, patience: float) -> int:
     """End the supervisor by a signal; how many of its processes are left after so long [s]."""
     family = up.children(recursive=True)
@@ -113,17 +83,22 @@ class Session:
 
     Args:
         line: to the robot.
+        run_dir: of the robot.
         rng: when, what and whom.
     """
 
-    def __init__(self, line: Connection, rng: np.random.Generator) -> None:
-        self._line, self._rng = line, rng
+    def __init__(self, line: Connection, run_dir: Path, rng: np.random.Generator) -> None:
+        self._line, self._run_dir, self._rng = line, run_dir, rng
         self.worst_force = 0.0
         """Greatest force of the pen on the board so far [N]."""
 
     def fault(self, kind: str, service: str) -> Found:
-        """Have the robot draw, let something happen, and look how it goes on."""
-        self._to_work()
+        """Have the robot draw, let something happen once all is calm, and look how it goes on."""
+        calm = time.monotonic() + START
+        while len(list(self._run_dir.glob("*.ready"))) < len(SERVICES) and time.monotonic() < calm:
+            self._watch()
+            time.sleep(0.1)
+        to_work(self._line)
         until = time.monotonic() + float(self._rng.uniform(0.5, 2.0))
         while time.monotonic() < until:
             self._watch()
@@ -162,28 +137,10 @@ class Session:
     def _whole(self) -> tuple[bool, str]:
         """Resume what can be resumed; the arm is at work again, or says why not."""
         with suppress(Silent):
-            self._to_work(10.0)
+            to_work(self._line, 10.0)
         status = self._line.latest(ARM_STATUS, START)
         words = f"{status.state}: {status.reason}" if status.reason else status.state
         return status.state in AT_WORK or bool(status.reason), words
-
-    def _to_work(self, patience: float = START) -> None:
-        """Have arm and platform at work, as a person would.
-
-        Raises:
-            Silent: they are not, after so long [s].
-        """
-        deadline = time.monotonic() + patience
-        for verb in itertools.cycle(("resume", "reset", "start")):
-            if self._line.latest(ARM_STATUS, START).state in AT_WORK:
-                break
-            with suppress(Refused, NoAnswer):
-                self._line.request("arm", verb)
-            if time.monotonic() > deadline:
-                raise Silent(f"the arm is not at work after {patience:g} s")
-            time.sleep(0.05)
-        with suppress(Refused, NoAnswer):
-            self._line.request("base", "resume")
 
 
 def campaign(run_dir: Path, scenario: str, seed: int, count: int, each: int = 10) -> dict[str, Any]:
@@ -200,8 +157,10 @@ def campaign(run_dir: Path, scenario: str, seed: int, count: int, each: int = 10
     for number in itertools.count():
         if len(found) >= count:
             break
-        with robot(run_dir / str(number), scenario, seed + number) as (up, line):
-            session = Session(line, rng)
+        options = ("--factory", "services.faults.processes:build", "--seed", str(seed + number))
+        home = run_dir / str(number)
+        with robot(home, scenario, *options) as (up, line):
+            session = Session(line, home, rng)
             for _ in range(min(each, count - len(found))):
                 service = str(rng.choice(("observer", "arm", "base")))
                 found.append(session.fault(str(rng.choice(KINDS)), service))
@@ -242,15 +201,3 @@ def _lateness() -> list[float]:
         time.sleep(0.001)
         out.append(time.monotonic() - before - 0.001)
     return out
-
-
-def _end(up: psutil.Popen) -> None:
-    if up.poll() is None:
-        for child in up.children(recursive=True):
-            with suppress(psutil.NoSuchProcess):
-                child.send_signal(signal.SIGCONT)
-        up.terminate()
-        try:
-            up.wait(35.0)
-        except psutil.TimeoutExpired:
-            up.kill()

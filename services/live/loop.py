@@ -12,6 +12,7 @@ import numpy as np
 from services.messages import Health
 
 HEARTBEAT = 0.2  # [s]
+UNANSWERED = 1000  # questions that are remembered
 
 
 class LoopStatistics:
@@ -37,7 +38,10 @@ class LoopStatistics:
             del self._lateness[:50_000], self._starts[:50_000]
 
     def report(self) -> tuple[dict[str, float], dict[str, float]]:
-        """Period (target, mean, std, max) and lateness (p50, p99, max) [s]; starts anew."""
+        """Period (target, mean, std, max) and lateness (p50, p99, max) [s], starting anew.
+
+        ``over_1ms`` is the share of the ticks that were later than that.
+        """
         period = {"target": self.target}
         if self._starts:
             gaps = np.array(self._starts)
@@ -48,12 +52,8 @@ class LoopStatistics:
             }
         lateness = {}
         if self._lateness:
-            late = np.sort(self._lateness)
-            lateness = {
-                "p50": float(late[(len(late) - 1) // 2]),
-                "p99": float(late[math.ceil(0.99 * len(late)) - 1]),
-                "max": float(late[-1]),
-            }
+            lateness = _spread(self._lateness)
+            lateness["over_1ms"] = float(np.mean(np.array(self._lateness) > 1e-3))
         self._starts, self._lateness = [], []
         return period, lateness
 
@@ -146,6 +146,41 @@ class Driven:
         return now
 
 
+class Answers:
+    """How long answers take to what is asked at a robot time; kept since the last report."""
+
+    def __init__(self) -> None:
+        self._asked: dict[float, float] = {}
+        self._took: list[float] = []
+
+    def asked(self, t: float, at: float) -> None:
+        """A question about robot time ``t`` was sent at ``at`` [s]."""
+        self._asked[t] = at
+        if len(self._asked) > UNANSWERED:
+            del self._asked[next(iter(self._asked))]
+
+    def answered(self, t: float, at: float) -> None:
+        """The answer to it was heard; one to nothing that was asked is left out."""
+        asked = self._asked.pop(t, None)
+        if asked is not None:
+            self._took.append(at - asked)
+
+    def report(self) -> dict[str, float]:
+        """p50, p99, max [s]; empty without answers. Starts anew."""
+        took, self._took = self._took, []
+        return _spread(took) if took else {}
+
+
+def _spread(values: list[float]) -> dict[str, float]:
+    """p50, p99 and max."""
+    v = np.sort(values)
+    return {
+        "p50": float(v[(len(v) - 1) // 2]),
+        "p99": float(v[math.ceil(0.99 * len(v)) - 1]),
+        "max": float(v[-1]),
+    }
+
+
 def heartbeat(
     statistics: LoopStatistics,
     service: str,
@@ -154,6 +189,7 @@ def heartbeat(
     pid: int,
     ages: dict[str, float],
     refused: dict[str, int],
+    answers: dict[str, float],
 ) -> Health:
     """The heartbeat of a loop, stamped inside it; ages of what was never heard are left out."""
     period, lateness = statistics.report()
@@ -169,4 +205,5 @@ def heartbeat(
         overruns=statistics.overruns,
         ages={name: age for name, age in ages.items() if math.isfinite(age)},
         refused=refused,
+        answers=answers,
     )

@@ -52,8 +52,13 @@ class Pool:
         """Where a process' output goes."""
         return self._run_dir / f"{name}.log"
 
-    async def start(self, name: str, args: Sequence[str]) -> int:
+    async def start(self, name: str, args: Sequence[str], log: str = "") -> int:
         """Start Python with these arguments; returns the process id.
+
+        Args:
+            name: of the process.
+            args: of the interpreter.
+            log: whose log it writes; its own by default.
 
         Raises:
             OSError: it could not be started.
@@ -73,7 +78,7 @@ class Pool:
             graceful_timeout=GRACE,
             stderr_stream={
                 "class": "FileStream",
-                "filename": str(self.log_file(name)),
+                "filename": str(self.log_file(log or name)),
                 "max_bytes": LOG_SIZE,
                 "backup_count": LOGS_KEPT,
             },
@@ -89,6 +94,12 @@ class Pool:
         """Process id, None when there is none."""
         watcher = self._watchers.get(name)
         return next(iter(watcher.processes), None) if watcher is not None else None
+
+    async def rename(self, name: str, new: str) -> int | None:
+        """Let a process go by another's name, which is ended; its process id, None if it died."""
+        await self.stop(new)
+        self._watchers[new] = self._watchers.pop(name)
+        return self.pid(new)
 
     def reap(self) -> dict[str, int]:
         """Names of processes that have died, with exit code (negative: signal)."""

@@ -24,11 +24,12 @@ from deploy.host_file import load_hosts
 from services.live.clock import EpochClock, HeardClock
 from services.live.paced import run_paced
 from services.live.runner import ROBOT, run_live
+from services.live.standby import step_back, step_forward, wait_for_turn
 from services.lockstep import Lockstep
 from services.messages import Message
 from services.requests import Requests
 from services.service import Inbox, Service
-from services.topics import ARM_STATE, PROCESSES, RECORDER, SERVICES, Topic
+from services.topics import PROCESSES, RECORDER, SERVICES, Topic
 from services.wire.bus import Bus, open_bus
 from services.wire.codec import decode, encode
 from services.wire.endpoints import Endpoints, local, make_run_dir
@@ -37,7 +38,7 @@ from services.wire.places import endpoints_of
 FACTORY = "services.components:build_service"
 WARM_UP_TICKS = 300
 WARM_UP_TIME = 0.3  # [s] at most
-LAST_RESORT = 1.5  # [s] after a request to end, the process is gone whatever hangs
+LAST_RESORT = 0.8  # [s] after a request to end, the process is gone whatever hangs
 
 log = logging.getLogger("steadyhand")
 
@@ -90,6 +91,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--host", help="which of them this is")
     parser.add_argument("--keys", type=Path, help="folder of this host's certificates")
     parser.add_argument("--log", type=Path, help="of the recorder: file to write")
+    parser.add_argument("--spare", type=Path, help="get ready, then wait at this named pipe")
     parser.add_argument("--parent", type=int, help="die with this process")
     parser.add_argument("--factory", default=FACTORY, help="module:function that builds services")
     return parser
@@ -98,6 +100,7 @@ def _parser() -> argparse.ArgumentParser:
 def _run(options: argparse.Namespace) -> None:
     # the loop shall not wait 5 ms for the interpreter while another thread parses a request
     sys.setswitchinterval(1e-4)
+    service = _stand_by(options) if options.spare else None
     stop = threading.Event()
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, lambda *_: _end(stop))
@@ -107,7 +110,7 @@ def _run(options: argparse.Namespace) -> None:
     live = options.mode == "live"
     if live and options.restarted:  # the others wait for us: be as important as they are at once
         realtime.favour(options.rt)
-    service = _build(options, options.service, options.restarted)
+    service = service or _build(options, options.service, options.restarted)
     endpoints = _endpoints(options)
     if live:
         log.info("%s: %s", service.name, realtime.favour(options.rt))
@@ -124,6 +127,17 @@ def _run(options: argparse.Namespace) -> None:
         _end(stop)  # closing may hang as well
         log.info("%s: ended", service.name)
         requests.close()
+
+
+def _stand_by(options: argparse.Namespace) -> Service:
+    """Do all that can be done beforehand, and wait until it is needed."""
+    step_back()
+    service = _build(options, options.service, restarted=True)
+    warm_up(lambda name: _build(options, name), service.name, _running(options))
+    wait_for_turn(options.spare)
+    step_forward()
+    log.info("%s: takes over", service.name)
+    return service
 
 
 def _endpoints(options: argparse.Namespace) -> Endpoints:
@@ -184,7 +198,6 @@ def _live(
         EpochClock(epoch) if is_robot else HeardClock(),
         stop,
         requests,
-        trigger=ARM_STATE if ARM_STATE in service.inputs and service.period <= 0.001 else None,
         spin=realtime.spin(options.rt, service.period),
     )
 

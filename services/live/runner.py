@@ -10,11 +10,11 @@ from collections.abc import Callable
 from typing import Protocol
 
 from services.live.clock import RobotClock
-from services.live.loop import HEARTBEAT, Driven, FixedRate, LoopStatistics, heartbeat
+from services.live.loop import HEARTBEAT, Answers, Driven, FixedRate, LoopStatistics, heartbeat
 from services.messages import Clock, Message
 from services.requests import Requests
-from services.service import Inbox, Service
-from services.topics import CLOCK, HEALTH, REQUEST, ROBOT_PROCESS, Topic
+from services.service import Arrivals, Inbox, Service
+from services.topics import ARM_COMMAND, ARM_STATE, CLOCK, HEALTH, REQUEST, ROBOT_PROCESS, Topic
 from services.wire.bus import Bus
 
 CLOCK_TICKS = 5
@@ -43,6 +43,7 @@ class Heart:
         self._topic = HEALTH[service.name]
         self._pid = os.getpid()
         self._next = 0.0
+        self.answers = Answers()
         bus.declare(self._topic)
 
     def beat(self, now: float, inbox: Inbox, state: tuple[str, str] | None = None) -> None:
@@ -63,6 +64,7 @@ class Heart:
             self._pid,
             ages,
             refused,
+            self.answers.report(),
         )
         self._bus.publish(self._topic, health)
 
@@ -105,13 +107,13 @@ def run_live(
     clock: RobotClock,
     stop: threading.Event,
     requests: Requests | None = None,
-    trigger: Topic | None = None,
     spin: float = 0.0,
 ) -> None:
     """Step a service until ``stop`` is set.
 
     Nothing is stepped before robot time is known; the heartbeat says so. The robot itself (the
-    simulation) is stepped on multiples of its period, see ``Grid``.
+    simulation) is stepped on multiples of its period, see ``Grid``; a service that is driven by
+    arrivals on each of these, and without them at their period.
 
     Args:
         service: to run.
@@ -119,14 +121,14 @@ def run_live(
         clock: robot time.
         stop: ends the run at the next tick.
         requests: whose actions are executed between steps.
-        trigger: tick on arrival of this topic (and without it, at the service's period).
         spin: busy-wait before each deadline [s].
     """
     pace: Pace
+    trigger: Arrivals | None = getattr(service, "driven_by", None)
     if trigger is not None:
-        bus.hear(trigger)
-        bus.wake_on(trigger)
-        pace = Driven(service.period, bus.arrived, lambda: bus.arrived_at)
+        bus.hear(trigger.topic)
+        bus.wake_on(trigger.topic)
+        pace = Driven(trigger.period, bus.arrived, lambda: bus.arrived_at)
     else:
         pace = FixedRate(service.period, spin)
     extra = () if service.name == ROBOT_PROCESS or trigger is not None else (CLOCK,)
@@ -140,7 +142,11 @@ def run_live(
         if requests is not None:
             for done in requests.run_pending(clock.now() or 0.0):
                 bus.publish(REQUEST[service.name], done)
-        _hear(clock, bus.drain(inbox, clock.now()))
+        accepted = bus.drain(inbox, clock.now())
+        _hear(clock, accepted)
+        for topic, message, at in accepted:
+            if grid is not None and topic is ARM_COMMAND:
+                heart.answers.answered(message.t, at)
         now = clock.now()
         if now is None:
             heart.beat(0.0, inbox, ("waiting", "no robot time heard yet"))
@@ -149,6 +155,8 @@ def run_live(
             if grid is not None and round(instant / service.period) % CLOCK_TICKS == 0:
                 bus.publish(CLOCK, Clock(t=instant))
             for topic, message in service.step(instant, inbox):
+                if topic is ARM_STATE:
+                    heart.answers.asked(message.t, time.monotonic())
                 bus.publish(topic, message)
         heart.beat(now, inbox)
 

@@ -21,6 +21,7 @@ from services.live.notify import notify
 from services.live.pool import Pool
 from services.live.process import FACTORY
 from services.live.service_states import service_states
+from services.live.spares import Spares
 from services.messages import BASE_ENDED, PROGRAM_ENDED, Health
 from services.requests import NoAnswer, ask
 from services.topics import CONSOLE, HEALTH, PROCESSES, RECORDER
@@ -82,6 +83,7 @@ class Plan:
         log: file the recorder writes; None for its default.
         services: that are started here, in starting order.
         spread: services on several hosts, this one among them; None if all run here.
+        spares: live only: keep a process ready for each service, for it to be back sooner.
         console: port of the page; None for no page. Nothing waits for it, and without it the run
             goes on.
     """
@@ -104,6 +106,7 @@ class Plan:
     services: tuple[str, ...] = PROCESSES
     spread: Spread | None = None
     console: int | None = None
+    spares: bool = True
     factory: str = FACTORY
     epoch: float = field(default_factory=time.monotonic)
 
@@ -114,6 +117,7 @@ def backoff(failures: int) -> float:
 
 
 HEALTHY = 10.0  # [s] without failure forgives the earlier ones
+CALM = 5.0  # [s] after the last start, spares are got ready
 SILENT_START = 3.0  # [s] in which a program may be refused before anybody is told
 STARTS = 3  # failures in a row before a service that never was ready is given up
 
@@ -165,6 +169,7 @@ class Supervisor:
         for number in (signal.SIGINT, signal.SIGTERM):
             loop.add_signal_handler(number, self._stop.set)
         self._pool = Pool(run_dir)
+        self._spares = Spares(self._pool, run_dir)
         endpoints = local(run_dir, "supervisor")
         try:
             with open_bus(
@@ -181,7 +186,6 @@ class Supervisor:
                 end = time.monotonic() + (self.plan.duration or float("inf"))
                 while not self._stop.is_set() and time.monotonic() < end:
                     await self._watch()
-                await self._pool.stop_all(last=RECORDER)
         finally:
             notify("STOPPING=1")
             await self._pool.stop_all(last=RECORDER)
@@ -239,11 +243,18 @@ class Supervisor:
         return lines[-1] if lines else f"it said nothing; log: {log}"
 
     async def _start(self, name: str, restarted: bool) -> None:
-        watched, plan = self._watched[name], self.plan
-        now = time.monotonic()
+        watched = self._watched[name]
         watched.states.fire("Due")
         watched.progress = -1
-        watched.started = watched.advanced = now
+        watched.started = watched.advanced = time.monotonic()
+        spare = await self._spares.take(name) if restarted else None
+        args = self._page() if name == CONSOLE else self._args(name, restarted)
+        watched.pid = spare or await self._pool.start(name, args)
+        self._tell(name, "started", f"process {watched.pid}{', a spare' if spare else ''}")
+
+    def _args(self, name: str, restarted: bool) -> list[str]:
+        """What a service is started with."""
+        plan = self.plan
         args = ["-m", "services.live.process", "--service", name, "--scenario", str(plan.scenario)]
         args += ["--seed", str(plan.seed), "--mode", plan.mode, "--run-dir", str(plan.run_dir)]
         args += ["--robot", plan.robot, "--observer", plan.observer, "--rt", plan.rt]
@@ -256,9 +267,15 @@ class Supervisor:
             args += ["--keys", str(plan.spread.keys)]
         args += ["--log", str(plan.log)] if plan.log is not None else []
         args += ["--ticks", str(plan.ticks)] if plan.ticks is not None else []
-        args += ["--restarted"] if restarted else []
-        watched.pid = await self._pool.start(name, self._page() if name == CONSOLE else args)
-        self._tell(name, "started", f"process {watched.pid}")
+        return [*args, "--restarted"] if restarted else args
+
+    async def _keep_spares(self, now: float) -> None:
+        """One for every service that others wait for, while all is calm."""
+        calm = all(w.ready and now - w.started > CALM for w in self._watched.values())
+        if calm and self.plan.spares and self.plan.mode == "live":
+            for name in self.plan.services:
+                if name != RECORDER:
+                    await self._spares.keep(name, self._args(name, restarted=True))
 
     async def _watch(self) -> None:
         """One round: sleep, listen, look after the dead, the hung and those due for a restart."""
@@ -271,7 +288,11 @@ class Supervisor:
                 watched.advanced = now
         self._listen(now)
         for name, code in self._pool.reap().items():
-            await self._died(name, code, now)
+            if name in self._watched:
+                await self._died(name, code, now)
+            else:
+                self._spares.forget(name)
+        await self._keep_spares(now)
         for name, watched in self._watched.items():
             state = watched.states.state
             if state == "waiting" and watched.failures and now >= watched.due:
@@ -280,6 +301,7 @@ class Supervisor:
                 continue
             limit = self._patience(name) if watched.ready else self.plan.start
             if now - watched.advanced > limit:
+                watched.lost = now
                 watched.states.fire("Hung")
                 self._tell(name, "hung", f"no progress for {limit:.1f} s; killed")
                 self._pool.kill(name)

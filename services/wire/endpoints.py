@@ -10,6 +10,7 @@ from __future__ import annotations
 import ipaddress
 import json
 import os
+import stat
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
@@ -83,18 +84,28 @@ def make_run_dir(run_dir: Path) -> Path:
     """Create the run directory, closed to other users: whoever may write may move the arm.
 
     Raises:
-        BadEndpoint: its name is too long for a unix socket.
+        BadEndpoint: its name is too long for a unix socket, or others may write in it, or put
+            another in its place.
     """
     if len(str(run_dir / "supervisor.sock")) > _LONGEST_SOCKET:
         raise BadEndpoint(f"{run_dir} is too long a name for unix sockets; use a shorter --run-dir")
     run_dir.mkdir(parents=True, exist_ok=True, mode=0o700)
     about = run_dir.stat()
-    if about.st_uid != os.getuid() or about.st_mode & 0o022:
+    unsafe = [run_dir] if about.st_uid != os.getuid() or about.st_mode & 0o022 else []
+    unsafe += [folder for folder in run_dir.resolve().parents if _replaceable(folder)]
+    if unsafe:
         raise BadEndpoint(
-            f"{run_dir} belongs to somebody else or others may write in it: whoever may write "
+            f"{unsafe[0]} belongs to somebody else or others may write in it: whoever may write "
             "there may move the arm. Remove it, or give another --run-dir"
         )
     return run_dir
+
+
+def _replaceable(folder: Path) -> bool:
+    """Whether other users may put something else in the place of what is in a folder."""
+    about = folder.stat()
+    sticky = about.st_mode & stat.S_ISVTX
+    return about.st_uid not in (0, os.getuid()) or bool(about.st_mode & 0o002 and not sticky)
 
 
 def scenario_file(run_dir: Path) -> Path:

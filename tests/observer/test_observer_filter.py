@@ -18,6 +18,8 @@ from observer.filter_options import FilterOptions
 from observer.observer import make_observer
 from observer.observer_options import ObserverOptions, make_filter
 from services.messages import BaseCommand, Estimate, Imu, Odometry, check
+from services.topics import ESTIMATE
+from services.wire.codec import decode, encode
 
 
 def fresh(**options: object) -> DelayedEKF:
@@ -129,6 +131,16 @@ def test_imu_before_any_odometry_is_refused() -> None:
     assert not f.add(IMU, 0.0, (0, 0, 0), 0.0)
     assert f.rejected() == {"imu: before_start": 1}
     assert not f.started
+
+
+def test_before_any_odometry_the_estimate_says_so_whatever_the_commands_are_stamped() -> None:
+    """A command stamped in the future does not make what is said unfit to be sent."""
+    observer = make_observer("ekf", ROBOT)
+    ahead = BaseCommand(t=0.012, velocity=np.zeros(3))
+    for now in (0.0, 0.002):
+        estimate = observer.step(now, [], [], [ahead])
+        decode(ESTIMATE, encode("observer", 0, estimate))  # refused if it is out of range
+        assert estimate.reason == "no odometry yet"
 
 
 def test_bad_commands_are_refused() -> None:

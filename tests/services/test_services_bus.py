@@ -207,6 +207,13 @@ def test_run_directory_is_closed_to_others(tmp_path: Path) -> None:
     assert make_run_dir(tmp_path / "a" / "b").stat().st_mode & 0o077 == 0
     with pytest.raises(BadEndpoint, match="too long"):
         make_run_dir(tmp_path / ("x" * 120))
+    public = tmp_path / "public"
+    public.mkdir()
+    public.chmod(0o777)
+    with pytest.raises(BadEndpoint, match=f"{public} belongs to somebody else or others may write"):
+        make_run_dir(public / "mine")
+    public.chmod(0o1777)  # as /tmp: nobody replaces what is another's
+    make_run_dir(public / "mine")
 
 
 def test_every_topic_has_one_owner_and_a_key() -> None:

@@ -6,9 +6,12 @@ import threading
 
 import pytest
 
+from services.components import build_service
 from services.live.clock import EpochClock, HeardClock
 from services.live.loop import Driven, FixedRate, LoopStatistics, heartbeat
 from services.live.runner import Grid
+from services.service import Arrivals
+from services.topics import ARM_STATE
 
 
 class FakeTime:
@@ -90,7 +93,7 @@ def test_statistics_report_and_start_anew() -> None:
     assert period["target"] == 0.001
     assert period["mean"] == pytest.approx(0.102 / 100)
     assert period["max"] == pytest.approx(0.003)
-    assert lateness == pytest.approx({"p50": 50e-6, "p99": 99e-6, "max": 100e-6})
+    assert lateness == pytest.approx({"p50": 50e-6, "p99": 99e-6, "max": 100e-6, "over_1ms": 0.0})
     assert (statistics.progress, statistics.overruns) == (101, 2)
     assert statistics.report() == ({"target": 0.001}, {})
     statistics.tick(start + 0.001, 0.0)
@@ -100,7 +103,7 @@ def test_statistics_report_and_start_anew() -> None:
 def test_heartbeat_leaves_out_what_was_never_heard() -> None:
     """An age that is infinite would make the heartbeat itself a bad message."""
     ages = {"robot/imu": 0.01, "robot/odometry": float("inf")}
-    health = heartbeat(LoopStatistics(0.001), "arm", ("idle", ""), -1.0, 7, ages, {})
+    health = heartbeat(LoopStatistics(0.001), "arm", ("idle", ""), -1.0, 7, ages, {}, {})
     assert health.ages == {"robot/imu": 0.01}
     assert health.t == 0.0
 
@@ -115,6 +118,13 @@ def test_a_driven_loop_ticks_with_and_without_arrivals() -> None:
     assert not arrived.is_set()
     loop.wait()
     assert loop.statistics.progress == 3
+
+
+@pytest.mark.parametrize("scenario", ["whiteboard", "move_to_grasp", "pick_bottle"])
+def test_an_arm_is_driven_by_its_state_at_the_rate_of_its_robot(scenario: str) -> None:
+    """Else a slow robot's loop would report overruns that did not happen."""
+    arm, sim = (build_service(name, scenario, 0, live=True) for name in ("arm", "sim"))
+    assert arm.driven_by == Arrivals(ARM_STATE, sim.period)  # type: ignore[attr-defined]
 
 
 def test_the_world_makes_up_for_missed_ticks_within_reason() -> None:

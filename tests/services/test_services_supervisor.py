@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -50,7 +51,7 @@ class Up:
         out = {}
         for child in psutil.Process(self.process.pid).children():
             arguments = child.cmdline()
-            if "--service" in arguments:
+            if "--service" in arguments and "--spare" not in arguments:
                 out[arguments[arguments.index("--service") + 1]] = child
         return out
 
@@ -93,12 +94,30 @@ def test_killed_services_come_back_and_the_end_is_clean(run_dir: Path) -> None:
 
 
 @pytest.mark.processes
+def test_a_spare_takes_over(run_dir: Path) -> None:
+    """While all is calm processes get ready; one takes the place of what died, and is replaced."""
+    up = Up(run_dir, "--hang", "30")
+    children = up.wait_ready()
+    eventually(lambda: len(list(run_dir.glob("*.ready"))) == len(SERVICES))
+    children["observer"].kill()
+    eventually(lambda: "observer" in up.events("restarted"))
+    assert up.output.read_text().count("a spare") == 1
+    assert up.children().keys() >= children.keys() - {"observer"}
+    family = psutil.Process(up.process.pid).children(recursive=True)
+    up.process.send_signal(signal.SIGINT)
+    assert up.process.wait(PATIENCE) == 0
+    assert _gone({str(p.pid): p for p in family})
+
+
+@pytest.mark.processes
 def test_a_hung_service_is_killed_and_restarted(run_dir: Path) -> None:
     """A stopped process is there, but makes no progress: that counts as dead."""
     up = Up(run_dir, "--hang", "2")
     up.wait_ready()["observer"].suspend()
     eventually(lambda: "observer" in up.events("restarted"))
     assert up.events("hung")[0] == "observer"
+    took = re.search(r"observer +restarted +in ([\d.]+) s", up.output.read_text())
+    assert took and float(took[1]) < PATIENCE
     up.process.terminate()
     assert up.process.wait(PATIENCE) == 0
 
