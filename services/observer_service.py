@@ -9,8 +9,8 @@ from deploy.robot import MobileBase, load_robot
 from deploy.task import BoardPose
 from observer.baselines import TruthReference
 from observer.board_frame import BoardFrame
+from observer.object_watch import watch_of
 from observer.observer import make_observer
-from services.object_watch import watch_of
 from services.service import Inbox, Outbox, Reply
 from services.topics import (
     ARM_STATE,

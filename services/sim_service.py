@@ -83,11 +83,11 @@ class SimService:
         options = dict(args)
         kind = str(options.pop("kind", ""))
         made = disturbance_from(kind, options, self._now)
-        self.simulator.refuse(made)
+        self.simulator.timeline.refuse(made)
 
         def act() -> Reply:
-            begun = self.simulator.disturb(made, self._now)
-            return Reply(True, f"{kind} from t = {begun.t:.3f} s")
+            self.simulator.timeline.add(made, self._now)
+            return Reply(True, f"{kind} from t = {made.t:.3f} s")
 
         return act
 

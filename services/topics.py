@@ -14,6 +14,8 @@ SERVICES = ("sim", "observer", "arm", "base")
 
 The base is last: nothing drives before the arm holds itself.
 """
+ROBOT_PROCESS = "sim"
+"""The process that is the robot: what it owns carries robot time."""
 RECORDER = "recorder"
 """The process that only listens."""
 PROCESSES = (RECORDER, *SERVICES)
@@ -103,7 +105,7 @@ REQUEST = {s: Topic(f"{s}/request", m.Request, s, 1, 1e9, depth=64) for s in SER
 HEALTH = {s: Topic(f"{s}/health", m.Health, s, 5, 1.5) for s in (*PROCESSES, CONSOLE)}
 TICK = {
     s: Topic(f"{s}/tick", m.Tick, s, 1000, 1e9, depth=8, readers=SERVICES)
-    for s in SERVICES if s != "sim"
+    for s in SERVICES if s != ROBOT_PROCESS
 }
 # fmt: on
 

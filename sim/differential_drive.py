@@ -42,7 +42,8 @@ class DifferentialDrive(Drive):
         asked = (0.0, 0.0) if silent or command is None else command.velocity.tolist()[::2]
         rough = self._roughness()
         vx, vy, w = velocity
-        self.standing = max(abs(vx), abs(vy), abs(w)) < STANDSTILL and not any(asked)
+        self.asked = any(asked)
+        self.standing = max(abs(vx), abs(vy), abs(w)) < STANDSTILL and not self.asked
         if self.standing:
             self._reference = (0.0, 0.0)
             return [0.0, 0.0, 0.0]

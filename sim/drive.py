@@ -40,6 +40,7 @@ class Drive:
         dt: time between calls of ``force`` [s].
 
     Attributes:
+        asked: the newest command asks it to move.
         standing: at rest and asked to stay: the wheels hold against up to ``HOLDING``.
     """
 
@@ -57,7 +58,7 @@ class Drive:
         self._acceleration = robot.platform.acceleration_limit
         self._inertia = inertia.tolist()
         self._lag = lag
-        self.standing = True
+        self.asked, self.standing = False, True
         self._dt = dt
         self._rough: list[float] = (roughness * rng.standard_normal(3)).tolist()
         self._keep = math.exp(-dt / correlation)
@@ -78,7 +79,8 @@ class Drive:
         rough = self._roughness()
         vx, vy, w = velocity
         fastest = max(abs(vx), abs(vy), abs(w))
-        self.standing = fastest < STANDSTILL and not any(wanted)
+        self.asked = any(wanted)
+        self.standing = fastest < STANDSTILL and not self.asked
         driving = fastest > STANDSTILL
         lag = BRAKE_LAG if silent else self._lag
         force = []

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from deploy.robot import HandRobot, load_robot
 from services.messages import (
@@ -18,22 +15,22 @@ from services.messages import (
     Message,
     Truth,
 )
-from sim.disturbance import Timed, refuse_absent
-from sim.drive import HOLDING, WATCHDOG, Drive
-from sim.effects import Effects, effects_at
+from sim.brakes import Brakes
+from sim.drive import HOLDING, Drive
+from sim.effects import Effects
 from sim.hand_world import HandMismatch, HandWorld, Setting, Top
+from sim.robot_world import THICKNESS, listed
+from sim.rolling import Rolling, on_platform
 from sim.scenario import Scenario, World
 from sim.sensors import ImuSensor, OdometrySensor
-from sim.simulator import BRAKE, BRAKE_AFTER, ROLLING
-from sim.two_arm_simulator import start_pose
+from sim.start import start_pose
+from sim.timeline import Timeline
 
 Array = NDArray[np.float64]
 
 ARM_JOINTS, HAND_JOINTS = 7, 4
-THICKNESS = 0.04
-"""Of the table's top [m]."""
 SLOW = 0.02
-"""Wheels that are asked to stand hold the platform below this speed [m/s, rad/s]."""
+"""Wheels that are asked to stand hold below this speed, for a rough floor shakes what rolls."""
 TRUTH_EVERY = 2
 """Steps between truth messages."""
 
@@ -47,6 +44,8 @@ class HandSimulator:
 
     Attributes:
         world: robot, table and bottle.
+        timeline: disturbances.
+        brakes: of the motors.
         period: of a step [s].
         joints: of the arm.
 
@@ -70,7 +69,7 @@ class HandSimulator:
         self.period = described.period
         self._substeps = round(self.period / self.world.setting.step)
         self._inertia = self.world.drive_inertia()
-        self._drive = Drive(
+        drive = Drive(
             robot,
             self._inertia,
             lag,
@@ -79,28 +78,16 @@ class HandSimulator:
             streams[3],
             self.period,
         )
+        self._rolling = Rolling(drive, self.world.set_wheel_friction, HOLDING, SLOW)
         self._odometry = OdometrySensor(robot, scenario.sensors, streams[4])
         tilt = scenario.world.floor_tilt
         self._imu = ImuSensor(robot, scenario.sensors, noise, streams[5], tilt)
-        self._timeline: list[Timed] = []
-        for disturbance in scenario.disturbance:
-            self.refuse(disturbance)
-            self._timeline.append(disturbance)
+        self.timeline = Timeline(scenario.disturbance, self.world.bodies)
         self._acceleration = np.zeros(3)
         self._applied = np.zeros(ARM_JOINTS + HAND_JOINTS)
         self._peaks = {tip: np.zeros(3) for tip in described.hand.tips}
-        self._standing = False
+        self.brakes = Brakes(self.world.set_brakes)
         self._steps = 0
-        self._set_brakes(True)
-
-    def refuse(self, disturbance: Timed) -> None:
-        """Raise ValueError for a push on what is not there."""
-        refuse_absent(disturbance, self.world.bodies)
-
-    def disturb(self, disturbance: Timed, now: float) -> Timed:
-        """Add a disturbance to the timeline."""
-        self._timeline = [d for d in self._timeline if d.end > now] + [disturbance]
-        return disturbance
 
     def step(
         self,
@@ -116,7 +103,7 @@ class HandSimulator:
             arm, hand: newest torque commands, None before the first.
             base: newest velocity command, None before the first.
         """
-        effects = effects_at(now, self._timeline)
+        effects = self.timeline.at(now)
         world = self.world
         pose, velocity = world.pose, world.velocity
         out = self._states(now)
@@ -126,45 +113,16 @@ class HandSimulator:
         if self._steps % TRUTH_EVERY == 0:
             out.append(self._truth(now, pose, velocity, effects))
         torque = np.zeros(ARM_JOINTS + HAND_JOINTS)
-        silent = arm is None or hand is None or now - min(arm.t, hand.t) > BRAKE_AFTER
-        if not silent:
+        if not self.brakes.look(now, arm, hand):
             assert arm is not None and hand is not None
             torque = np.concatenate([arm.tau, hand.tau])
-        if silent != self._braked:
-            self._set_brakes(silent)
         self._applied = torque
-        drive = self._driven(now, base, pose, velocity, effects)
+        heading = float(pose[2])
+        drive = self._rolling.force(now, base, heading, velocity, effects)
+        force = on_platform(drive, heading, effects, lambda: self._inertia)
         for _ in range(self._substeps):
-            world.step(torque, drive, effects.pushes, effects.vertical)
+            world.step(torque, force, effects.pushes, effects.vertical)
         self._acceleration = (world.velocity - velocity) / self.period
-        return out
-
-    def _driven(
-        self,
-        now: float,
-        base: BaseCommand | None,
-        pose: Array,
-        velocity: Array,
-        effects: Effects,
-    ) -> Array:
-        """Force of the drive on the platform in W, shape (3,) [N, N, N m]."""
-        # what the wheels see
-        rolling = velocity - np.array([*effects.slip, 0.0]) if effects.slips else velocity
-        c, s = math.cos(pose[2]), math.sin(pose[2])
-        x, y, w = rolling.tolist()
-        force = self._drive.force(now, base, (c * x + s * y, c * y - s * x, w))
-        asked = base is not None and now - base.t <= WATCHDOG and bool(base.velocity.any())
-        # a rough floor shakes what rolls; wheels that are asked to stand hold at last
-        slow = not asked and float(np.abs(rolling).max()) < SLOW
-        standing = slow and not (effects.slips and effects.slip.any())
-        if standing != self._standing:
-            self._standing = standing
-            self.world.set_wheel_friction(HOLDING if standing else ROLLING)
-        out = np.array([c * force[0] - s * force[1], s * force[0] + c * force[1], force[2]])
-        if effects.yaw:
-            out[2] += effects.yaw * self._inertia[2]
-        if effects.slips:
-            out[:2] += self._inertia[:2] * effects.slip_acceleration
         return out
 
     def _states(self, now: float) -> list[Message]:
@@ -190,9 +148,9 @@ class HandSimulator:
         hardest = max(float(np.linalg.norm(peak)) for peak in self._peaks.values())
         for name in self._peaks:
             self._peaks[name] = np.zeros(3)
-        bodies = {"palm": _listed(*world.palm())}
+        bodies = {"palm": listed(*world.palm())}
         if world.thing is not None:
-            bodies["bottle"] = _listed(*world.object())
+            bodies["bottle"] = listed(*world.object())
         return Truth(
             t=now,
             pose=pose,
@@ -207,10 +165,6 @@ class HandSimulator:
             bodies=bodies,
             forces=forces,
         )
-
-    def _set_brakes(self, on: bool) -> None:
-        self._braked = on
-        self.world.set_brakes(BRAKE if on else None)
 
 
 def setting_of(world: World, rng: np.random.Generator) -> Setting:
@@ -235,9 +189,3 @@ def setting_of(world: World, rng: np.random.Generator) -> Setting:
         place=(x, y),
         start=start,
     )
-
-
-def _listed(R: Array, p: Array) -> list[float]:
-    """X_WX as x, y, z [m], then w, x, y, z of the unit quaternion."""
-    quaternion = Rotation.from_matrix(R).as_quat(scalar_first=True)
-    return [*p.tolist(), *quaternion.tolist()]

@@ -2,8 +2,8 @@
 
 The platform stands, unless it is said where it starts to roll from.
 
-Traps of dartpy that shape this file: shape nodes must outlive contacts, sleeping must be off,
-force actuators are not clamped. Coupled joints are plain mimics: with the coupler constraint and
+Traps of dartpy that shape this file: shape nodes must outlive contacts, force actuators are not
+clamped. Coupled joints are plain mimics: with the coupler constraint and
 friction the tips bounce (docs/grasping.md).
 """
 
@@ -23,15 +23,14 @@ from deploy.robot import HandRobot
 from deploy.skeleton import PLATFORM, hand_coupling, load_hand_skeleton
 from sim.effects import GRAVITY
 from sim.hand_objects import THINGS, Thing, build
+from sim.robot_world import THICKNESS, WHEELS, RobotWorld, isometry, table, transform
 
 Array = NDArray[np.float64]
 
 TABLE = (0.5, 0.0, 0.5)
 """Middle of the table's top [m]."""
-TABLE_SIZE = (0.5, 0.9, 0.04)
+TABLE_SIZE = (0.5, 0.9, THICKNESS)
 """[m]"""
-WHEELS = ("platform_x", "platform_y", "platform_heading")
-"""Joints of the platform."""
 RUBBER = 1.5
 """Friction of tips and table, high enough that the object's own decides [1]."""
 PLACE = (0.5, 0.0)
@@ -102,7 +101,7 @@ class Setting:
     start: tuple[float, float, float] | None = None
 
 
-class HandWorld:
+class HandWorld(RobotWorld):
     """Robot and world, advanced by the step of the physics.
 
     On a platform that is bolted down W is B, and whatever is in B below is in W of one that rolls.
@@ -114,14 +113,15 @@ class HandWorld:
 
     def __init__(self, name: str, setting: Setting, rng: np.random.Generator) -> None:
         self.robot: HandRobot
-        self.robot, self._skeleton = load_hand_skeleton(name)
+        self.robot, skeleton = load_hand_skeleton(name)
         self.setting = setting
-        self._leaders, self._S = hand_coupling(self.robot, self._skeleton)
+        self._leaders, self._S = hand_coupling(self.robot, skeleton)
         self._rng = rng
         hand = self.robot.hand
-        self._tips = [self._skeleton.getBodyNode(tip) for tip in hand.tips]
+        self._tips = [skeleton.getBodyNode(tip) for tip in hand.tips]
         self._tip_weight = np.array([tip.getMass() * GRAVITY for tip in self._tips])
-        self._differ()
+        driven = (*self.robot.arm.joints, *hand.drives)
+        super().__init__(skeleton, driven, self._differ(skeleton), setting.step)
         self._bias = rng.uniform(-1.0, 1.0, (3, 6)) * setting.mismatch.bias
         self._bias[:, 3:] *= 0.01
         cell = self.robot.load_cell
@@ -131,19 +131,12 @@ class HandWorld:
             if setting.start is None:
                 joint = self._skeleton.getJoint(joint_name)
                 joint.setActuatorType(dart.dynamics.ActuatorType.LOCKED)
-        for joint_name in (*self.robot.arm.joints, *hand.drives):
-            self._skeleton.getJoint(joint_name).setLimitEnforcement(True)
-        self._world = dart.simulation.World()
-        self._world.setTimeStep(setting.step)
-        self._world.setGravity([0.0, 0.0, -GRAVITY])
-        options = self._world.getDeactivationOptions()
-        options.mEnabled = False
-        self._world.setDeactivationOptions(options)
         self._world.getConstraintSolver().setCollisionDetector(
             dart.collision.FCLCollisionDetector()
         )
         self._world.addSkeleton(self._skeleton)
-        self._world.addSkeleton(_table(setting.table))
+        top = setting.table
+        self._world.addSkeleton(table(top.at, top.size, top.yaw))
         self.thing: Thing | None = None if setting.thing is None else THINGS[setting.thing]
         self._object: Any = None
         if self.thing is not None:
@@ -187,32 +180,6 @@ class HandWorld:
         return np.asarray(self._skeleton.getVelocities())[self._leaders]
 
     @property
-    def pose(self) -> Array:
-        """X_WB as x, y [m], heading [rad]."""
-        return np.asarray(self._skeleton.getPositions())[PLATFORM]
-
-    @property
-    def velocity(self) -> Array:
-        """V_WB_W, shape (3,)."""
-        return np.asarray(self._skeleton.getVelocities())[PLATFORM]
-
-    def drive_inertia(self) -> Array:
-        """What the drive accelerates along x, y [kg] and about the vertical [kg m^2]."""
-        return np.diag(self._skeleton.getMassMatrix())[PLATFORM].copy()
-
-    def set_wheel_friction(self, holding: tuple[float, float, float]) -> None:
-        """Set the friction of the platform's wheels along x, y [N] and about the vertical [N m]."""
-        for joint, value in zip(WHEELS, holding, strict=True):
-            self._skeleton.getJoint(joint).setCoulombFriction(0, value)
-
-    def set_brakes(self, holding: float | None) -> None:
-        """Set the friction of the driven joints [N m]; None for the robot's own."""
-        own = np.array(self._coulomb) + (0.0 if holding is None else holding)
-        names = (*self.robot.arm.joints, *self.robot.hand.drives)
-        for name, value in zip(names, own, strict=True):
-            self._skeleton.getJoint(name).setCoulombFriction(0, float(value))
-
-    @property
     def bodies(self) -> tuple[str, ...]:
         """Names of what can be pushed."""
         bodies = (b.getName() for b in self._skeleton.getBodyNodes())
@@ -221,7 +188,7 @@ class HandWorld:
 
     def tips(self) -> Array:
         """Middles of the tips in B, shape (3, 3) [m]."""
-        return np.array([_transform(tip)[1] for tip in self._tips])
+        return np.array([transform(tip)[1] for tip in self._tips])
 
     def cells(self, samples: int = 1) -> Array:
         """Wrench of the world on each tip in the tip's frame, with bias and noise, (3, 6).
@@ -243,13 +210,13 @@ class HandWorld:
 
     def palm(self) -> tuple[Array, Array]:
         """R_BH, shape (3, 3), and p_BH, shape (3,) [m]."""
-        return _transform(self._skeleton.getBodyNode(self.robot.hand.palm))
+        return transform(self._skeleton.getBodyNode(self.robot.hand.palm))
 
     def object(self) -> tuple[Array, Array]:
         """R_BX, shape (3, 3), and p_BX of the object's foot, shape (3,) [m]."""
         if self._object is None:
             return np.eye(3), np.array([*self.setting.place, self.setting.table.at[2]])
-        return _transform(self._object)
+        return transform(self._object)
 
     def contacts(self) -> dict[str, Array]:
         """What touches the object or the table, by body of the robot: rows of point, force.
@@ -298,7 +265,7 @@ class HandWorld:
         self._forces[self._leaders] = np.clip(torque, -self._limit, self._limit)
         if drive is not None:
             self._forces[PLATFORM] = drive
-            self._world.setGravity([0.0, 0.0, -GRAVITY - lift])
+            self._set_gravity(GRAVITY + lift)
         for name, force in pushes:
             body = self._object if name == "object" else self._skeleton.getBodyNode(name)
             body.addExtForce(force, body.getLocalCOM(), False, True)
@@ -314,18 +281,17 @@ class HandWorld:
         return next((name for node, name in self._nodes if frame is node), "")
 
     def _stand(self, skeleton: Any) -> None:
-        X = dart.math.Isometry3()
-        X.set_translation(np.array([*self.setting.place, self.setting.table.at[2]]))
-        X.set_rotation(Rotation.from_rotvec([0.0, 0.0, self.setting.yaw]).as_matrix())
+        R = Rotation.from_rotvec([0.0, 0.0, self.setting.yaw]).as_matrix()
+        X = isometry(R, np.array([*self.setting.place, self.setting.table.at[2]]))
         if self.setting.fixed:
             skeleton.getJoint(0).setTransformFromParentBodyNode(X)
         else:
             skeleton.setPositions(dart.dynamics.FreeJoint.convertToPositions(X))
 
-    def _differ(self) -> None:
-        """Draw what this run's robot differs in from its description."""
+    def _differ(self, skeleton: Any) -> list[float]:
+        """Draw what this run's robot differs in; returns the drives' Coulomb friction [N m]."""
         s = self.setting
-        bodies = [b for b in self._skeleton.getBodyNodes() if b.getMass() > 0.01]
+        bodies = [b for b in skeleton.getBodyNodes() if b.getMass() > 0.01]
         for body in bodies:
             mass, moment = 1.0 + s.mismatch.inertia * self._rng.uniform(-1.0, 1.0, 2)
             old = body.getInertia()
@@ -335,33 +301,12 @@ class HandWorld:
                 )
             )
         arm, hand = self.robot.arm, self.robot.hand
-        self._coulomb: list[float] = []
-        for names, values, on in (
-            (arm.joints, arm.coulomb_friction, s.arm_friction),
-            (hand.drives, hand.coulomb_friction, s.finger_friction),
+        coulomb = []
+        for values, on in (
+            (arm.coulomb_friction, s.arm_friction),
+            (hand.coulomb_friction, s.finger_friction),
         ):
-            for name, value in zip(names, values, strict=True):
+            for value in values:
                 drawn = value * (1.0 + s.mismatch.friction * self._rng.uniform(-1.0, 1.0))
-                self._coulomb.append(drawn if on else 0.0)
-                self._skeleton.getJoint(name).setCoulombFriction(0, self._coulomb[-1])
-
-
-def _transform(body: Any) -> tuple[Array, Array]:
-    X = body.getWorldTransform()
-    return np.asarray(X.rotation()), np.asarray(X.translation()).reshape(3)
-
-
-def _table(top: Top) -> Any:
-    skeleton = dart.dynamics.Skeleton("table")
-    skeleton.setMobile(False)
-    joint, body = skeleton.createWeldJointAndBodyNodePair()
-    body.setName("table")
-    node = body.createShapeNode(dart.dynamics.BoxShape(list(top.size)))
-    node.createVisualAspect()
-    node.createCollisionAspect()
-    node.createDynamicsAspect()
-    X = dart.math.Isometry3()
-    X.set_translation(np.array(top.at) - [0.0, 0.0, top.size[2] / 2])
-    X.set_rotation(Rotation.from_rotvec([0.0, 0.0, top.yaw]).as_matrix())
-    joint.setTransformFromParentBodyNode(X)
-    return skeleton
+                coulomb.append(drawn if on else 0.0)
+        return coulomb

@@ -1,12 +1,11 @@
 """The DART world: robot, whiteboard, contact of pen and board.
 
-The traps of dartpy that shape this file: shape nodes must outlive contacts, sleeping must be off
-for measurements, force actuators are not clamped, and external forces last one step.
+The traps of dartpy that shape this file: shape nodes must outlive contacts, force actuators are not
+clamped, and external forces last one step.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -18,6 +17,8 @@ from deploy.robot import Robot
 from deploy.skeleton import ARM, PLATFORM, load_skeleton
 from sim.effects import GRAVITY, Effects
 from sim.mismatch import Drawn, apply_mismatch
+from sim.robot_world import RobotWorld, add_cuboid, isometry
+from sim.rolling import on_platform
 from sim.scenario import World
 
 Array = NDArray[np.float64]
@@ -27,7 +28,7 @@ FORCE_MOMENT = np.array([3, 4, 5, 0, 1, 2])
 """DART's wrenches have the moment first."""
 
 
-class Physics:
+class Physics(RobotWorld):
     """Robot and world at 1 ms.
 
     Attributes:
@@ -39,15 +40,12 @@ class Physics:
 
     def __init__(self, name: str, world: World, rng: np.random.Generator) -> None:
         self.robot: Robot
-        self.robot, self._skeleton = load_skeleton(name)
+        self.robot, skeleton = load_skeleton(name)
         self.bodies = ("platform", *self.robot.arm.links)
-        self.drawn: Drawn = apply_mismatch(self._skeleton, self.robot, world.mismatch, rng)
+        self.drawn: Drawn = apply_mismatch(skeleton, self.robot, world.mismatch, rng)
+        super().__init__(skeleton, self.robot.arm.joints, self.drawn.coulomb, DT)
         self.R_WS = world.board.rotation()
         self.p_WS = self._stood = world.board.position()
-        self._world = dart.simulation.World()
-        self._world.setTimeStep(DT)
-        self._world.setGravity([0.0, 0.0, -GRAVITY])
-        self._sleepless()
         self._world.addSkeleton(self._skeleton)
         board, board_node = self._board(world)
         self._world.addSkeleton(board)
@@ -60,8 +58,6 @@ class Physics:
         self._pen_nodes = [n for n in self._pen.getShapeNodes() if n.hasCollisionAspect()]
         for node in self._pen_nodes:
             node.getDynamicsAspect().setFrictionCoeff(world.friction_pen)
-        for joint in self.robot.arm.joints:
-            self._skeleton.getJoint(joint).setLimitEnforcement(True)
         self._skeleton.getJoint("pen_spring").setLimitEnforcement(True)
         start = np.zeros(self._skeleton.getNumDofs())
         start[PLATFORM] = world.platform_start
@@ -77,28 +73,19 @@ class Physics:
         self.acceleration = np.zeros(3)
         self.applied = np.zeros(len(self.robot.arm.joints))
 
-    def _sleepless(self) -> None:
-        options = self._world.getDeactivationOptions()
-        options.mEnabled = False
-        self._world.setDeactivationOptions(options)
-
     def _board(self, world: World) -> tuple[Any, Any]:
         board = dart.dynamics.Skeleton("board")
         _, body = board.createWeldJointAndBodyNodePair()
         size = [world.board.width, world.board.height, BOARD_THICKNESS]
-        node = body.createShapeNode(dart.dynamics.BoxShape(size))
-        node.createCollisionAspect()
-        node.createDynamicsAspect().setFrictionCoeff(world.friction_pen)
-        node.createVisualAspect()
+        node = add_cuboid(body, size)
+        node.getDynamicsAspect().setFrictionCoeff(world.friction_pen)
         self._board_joint = body.getParentJoint()
         self._place_board()
         return board, node
 
     def _place_board(self) -> None:
-        pose = dart.math.Isometry3()
-        pose.set_rotation(self.R_WS)
-        pose.set_translation(self.p_WS - self.R_WS[:, 2] * BOARD_THICKNESS / 2)
-        self._board_joint.setTransformFromParentBodyNode(pose)
+        middle = self.p_WS - self.R_WS[:, 2] * BOARD_THICKNESS / 2
+        self._board_joint.setTransformFromParentBodyNode(isometry(self.R_WS, middle))
 
     # --- state ------------------------------------------------------------------------------
 
@@ -127,10 +114,6 @@ class Physics:
         """True joint velocities, shape (n,) [rad/s]."""
         return self._velocities[ARM]
 
-    def drive_inertia(self) -> Array:
-        """What the drive accelerates along x, y [kg] and about the vertical [kg m^2]."""
-        return np.diag(self._skeleton.getMassMatrix())[PLATFORM].copy()
-
     def tip(self) -> Array:
         """Pen tip p_ST_S, shape (3,) [m]: where the tip sphere is nearest to the board."""
         centre = self._pen.getTransform().translation()
@@ -153,19 +136,6 @@ class Physics:
         transmitted: Array = self._holder.getBodyForce()
         return -transmitted[FORCE_MOMENT]
 
-    def set_friction(self, coulomb: Array | None) -> None:
-        """Set the joints' Coulomb friction, shape (n,) [N m]; None for the robot's own."""
-        values = self.drawn.coulomb if coulomb is None else coulomb
-        for joint, value in zip(self.robot.arm.joints, values, strict=True):
-            self._skeleton.getJoint(joint).setCoulombFriction(0, float(value))
-
-    def set_wheel_friction(self, holding: tuple[float, float, float]) -> None:
-        """Set the friction of the platform's wheels along x, y [N] and about the vertical [N m]."""
-        for joint, value in zip(
-            ("platform_x", "platform_y", "platform_heading"), holding, strict=True
-        ):
-            self._skeleton.getJoint(joint).setCoulombFriction(0, value)
-
     # --- step -------------------------------------------------------------------------------
 
     def step(self, torque: Array, drive: Sequence[float], effects: Effects) -> None:
@@ -177,17 +147,8 @@ class Physics:
             effects: disturbances that act.
         """
         self.applied = np.minimum(np.maximum(torque, self._lowest), self._limit)
-        heading = float(self._positions[2])
-        c, s = math.cos(heading), math.sin(heading)
-        forces = self._forces
-        x, y, turn = drive
-        forces[0] = c * x - s * y
-        forces[1] = s * x + c * y
-        forces[2] = turn
-        if effects.yaw:
-            forces[2] += effects.yaw * self.drive_inertia()[2]
-        if effects.slips:
-            forces[:2] += self.drive_inertia()[:2] * effects.slip_acceleration
+        forces, heading = self._forces, float(self._positions[2])
+        forces[PLATFORM] = on_platform(drive, heading, effects, self.drive_inertia)
         forces[ARM] = self.applied
         self._skeleton.setForces(forces)
         for name, force in effects.pushes:
@@ -196,7 +157,7 @@ class Physics:
         if effects.vertical != self._vertical:
             # a floor that accelerates upwards is felt as more gravity
             self._vertical = effects.vertical
-            self._world.setGravity([0.0, 0.0, -GRAVITY - effects.vertical])
+            self._set_gravity(GRAVITY + effects.vertical)
         if effects.board is not None:
             self.p_WS = self._stood + effects.board
             self._place_board()

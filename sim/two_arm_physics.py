@@ -1,14 +1,14 @@
 """The DART world of a two-armed robot: robot, table, box; what touches are palms, box and torso.
 
-Traps of dartpy that shape this file: shape nodes must outlive contacts, sleeping must be off for
-measurements, force actuators are not clamped, external forces last one step. Two flat palms on a
-box are redundant contacts: the default solver lifts it cleanly, the one with exact friction cones
-tips it.
+Traps of dartpy that shape this file: shape nodes must outlive contacts, force actuators are not
+clamped, external forces last one step. Two flat palms on a box are redundant contacts: the default
+solver lifts it cleanly, the one with exact friction cones tips it.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import dartpy as dart
@@ -20,12 +20,20 @@ from deploy.robot import Palms, TwoArmRobot
 from deploy.skeleton import BOTH, PLATFORM, TWO_ARM_DOFS, load_two_arm_skeleton
 from sim.effects import GRAVITY, Effects
 from sim.mismatch import Drawn, apply_two_arm_mismatch
-from sim.scenario import Box, Table, World
+from sim.robot_world import (
+    THICKNESS,
+    RobotWorld,
+    add_cuboid,
+    isometry,
+    listed,
+    table,
+    transform,
+)
+from sim.rolling import on_platform
+from sim.scenario import Box, World
 
 Array = NDArray[np.float64]
 
-TABLE_THICKNESS = 0.04
-"""[m]"""
 STEP = 0.004
 """Longest step of the physics [s]."""
 PALMS = ("left_palm", "right_palm")
@@ -35,7 +43,7 @@ RUBBER = 1.5
 """Friction of palms and table, high enough that the box's own decides [1]."""
 
 
-class TwoArmPhysics:
+class TwoArmPhysics(RobotWorld):
     """Robot and world, advanced by the period of the robot's arm control.
 
     Attributes:
@@ -49,17 +57,14 @@ class TwoArmPhysics:
         self, name: str, world: World, start: tuple[float, float, float], rng: np.random.Generator
     ) -> None:
         self.robot: TwoArmRobot
-        self.robot, self._skeleton = load_two_arm_skeleton(name)
-        self.drawn: Drawn = apply_two_arm_mismatch(self._skeleton, self.robot, world.mismatch, rng)
+        self.robot, skeleton = load_two_arm_skeleton(name)
+        self.drawn: Drawn = apply_two_arm_mismatch(skeleton, self.robot, world.mismatch, rng)
         self._substeps = math.ceil(self.robot.period / STEP - 1e-9)
-        self._world = dart.simulation.World()
-        self._world.setTimeStep(self.robot.period / self._substeps)
-        self._world.setGravity([0.0, 0.0, -GRAVITY])
-        options = self._world.getDeactivationOptions()
-        options.mEnabled = False
-        self._world.setDeactivationOptions(options)
+        step = self.robot.period / self._substeps
+        super().__init__(skeleton, self.robot.arms.joints, self.drawn.coulomb, step)
         self._world.addSkeleton(self._skeleton)
-        self._world.addSkeleton(_table(world.table))
+        top = world.table
+        self._world.addSkeleton(table((top.x, top.y, top.height), (*top.size, THICKNESS), top.yaw))
         self._box: Any = None
         if world.box is not None:
             box = _box(world.box, world.table.height)
@@ -89,8 +94,6 @@ class TwoArmPhysics:
         for node, body_name in self._nodes:
             if node.hasCollisionAspect() and body_name != "box":
                 node.getDynamicsAspect().setFrictionCoeff(RUBBER)
-        for joint in self.robot.arms.joints:
-            self._skeleton.getJoint(joint).setLimitEnforcement(True)
         positions = np.zeros(self._skeleton.getNumDofs())
         positions[PLATFORM] = start
         positions[BOTH] = self.robot.arms.rest
@@ -109,16 +112,6 @@ class TwoArmPhysics:
     # --- state ------------------------------------------------------------------------------
 
     @property
-    def pose(self) -> Array:
-        """X_WB as x, y [m], heading [rad]."""
-        return self._skeleton.getPositions()[PLATFORM]
-
-    @property
-    def velocity(self) -> Array:
-        """V_WB_W, shape (3,)."""
-        return self._skeleton.getVelocities()[PLATFORM]
-
-    @property
     def q(self) -> Array:
         """True joint positions, left then right, shape (14,) [rad]."""
         return self._skeleton.getPositions()[BOTH]
@@ -128,22 +121,13 @@ class TwoArmPhysics:
         """True joint velocities, shape (14,) [rad/s]."""
         return self._skeleton.getVelocities()[BOTH]
 
-    def drive_inertia(self) -> Array:
-        """What the drive accelerates along x, y [kg] and about the vertical [kg m^2]."""
-        return np.diag(self._skeleton.getMassMatrix())[PLATFORM].copy()
-
     def transform(self, body: str) -> tuple[Array, Array]:
         """R_WX, shape (3, 3), and p_WX, shape (3,) [m], of a body named in ``bodies``."""
-        return _transform(self._pushable[body])
+        return transform(self._pushable[body])
 
     def known(self) -> dict[str, list[float]]:
         """X_WX of palms and box: x, y, z [m], then w, x, y, z of the unit quaternion."""
-        out = {}
-        for name, body in self._known.items():
-            R, p = _transform(body)
-            quaternion = Rotation.from_matrix(R).as_quat(scalar_first=True)
-            out[name] = [*p.tolist(), *quaternion.tolist()]
-        return out
+        return {name: listed(*transform(body)) for name, body in self._known.items()}
 
     def hardest_forces(self) -> dict[str, list[float]]:
         """Largest contact force on palms and box since this was last asked, in W, x, y, z [N]."""
@@ -167,48 +151,27 @@ class TwoArmPhysics:
         out = np.empty(12)
         for i, (palm, weight) in enumerate(zip(self._palms, self._weight, strict=True)):
             transmitted = palm.getBodyForce()
-            R, _ = _transform(palm)
+            R, _ = transform(palm)
             out[6 * i : 6 * i + 3] = -transmitted[3:] + weight * R[2]
             out[6 * i + 3 : 6 * i + 6] = -transmitted[:3]
         return out
 
-    def set_friction(self, coulomb: Array | None) -> None:
-        """Set the joints' Coulomb friction, shape (14,) [N m]; None for the robot's own."""
-        values = self.drawn.coulomb if coulomb is None else coulomb
-        for joint, value in zip(self.robot.arms.joints, values, strict=True):
-            self._skeleton.getJoint(joint).setCoulombFriction(0, float(value))
-
-    def set_wheel_friction(self, holding: tuple[float, float, float]) -> None:
-        """Set the friction of the platform's wheels along x, y [N] and about the vertical [N m]."""
-        for joint, value in zip(
-            ("platform_x", "platform_y", "platform_heading"), holding, strict=True
-        ):
-            self._skeleton.getJoint(joint).setCoulombFriction(0, value)
-
     # --- step -------------------------------------------------------------------------------
 
-    def step(self, torque: Array, drive: Array, effects: Effects) -> None:
+    def step(self, torque: Array, drive: Sequence[float], effects: Effects) -> None:
         """Advance by the robot's period.
 
         Args:
             torque: joint torques asked for, shape (14,) [N m]; the motors clamp them.
-            drive: force of the drive in B, shape (3,) [N, N, N m].
+            drive: force of the drive in B along x, y [N] and about the vertical [N m].
             effects: disturbances that act.
         """
         self.applied = np.minimum(np.maximum(torque, -self._limit), self._limit)
-        heading = self.pose[2]
-        c, s = math.cos(heading), math.sin(heading)
-        forces = self._forces
-        forces[0] = c * drive[0] - s * drive[1]
-        forces[1] = s * drive[0] + c * drive[1]
-        forces[2] = drive[2]
-        if effects.yaw:
-            forces[2] += effects.yaw * self.drive_inertia()[2]
-        if effects.slips:
-            forces[:2] += self.drive_inertia()[:2] * effects.slip_acceleration
+        forces, heading = self._forces, float(self.pose[2])
+        forces[PLATFORM] = on_platform(drive, heading, effects, self.drive_inertia)
         forces[BOTH] = self.applied
         # a floor that accelerates upwards is felt as more gravity
-        self._world.setGravity([0.0, 0.0, -GRAVITY - effects.vertical])
+        self._set_gravity(GRAVITY + effects.vertical)
         before = self.velocity
         for _ in range(self._substeps):
             forces[PADS] = self._pad_forces()
@@ -246,11 +209,6 @@ def _size(force: list[float]) -> float:
     return math.hypot(*force)
 
 
-def _transform(body: Any) -> tuple[Array, Array]:
-    X = body.getWorldTransform()
-    return np.asarray(X.rotation()), np.asarray(X.translation()).reshape(3)
-
-
 def _pad(palm: Any, palms: Palms, away: float) -> Any:
     """Put a pad in the place of a palm's face: a body on a spring along the palm's normal.
 
@@ -279,28 +237,15 @@ def _pad(palm: Any, palms: Palms, away: float) -> Any:
     joint.setPositionUpperLimit(0, pad.stroke)
     joint.setLimitEnforcement(True)
     body.setInertia(part(share))
-    _shape(body, list(palms.size))
+    add_cuboid(body, palms.size)
     return body
-
-
-def _table(table: Table) -> Any:
-    skeleton = dart.dynamics.Skeleton("table")
-    skeleton.setMobile(False)
-    joint, body = skeleton.createWeldJointAndBodyNodePair()
-    body.setName("table")
-    _shape(body, [*table.size, TABLE_THICKNESS])
-    R = Rotation.from_rotvec([0.0, 0.0, table.yaw]).as_matrix()
-    joint.setTransformFromParentBodyNode(
-        _isometry(R, np.array([table.x, table.y, table.height - TABLE_THICKNESS / 2]))
-    )
-    return skeleton
 
 
 def _box(box: Box, height: float) -> Any:
     skeleton = dart.dynamics.Skeleton("box")
     _, body = skeleton.createFreeJointAndBodyNodePair()
     body.setName("box")
-    _shape(body, list(box.size)).getDynamicsAspect().setFrictionCoeff(box.friction)
+    add_cuboid(body, box.size).getDynamicsAspect().setFrictionCoeff(box.friction)
     x, y, z = box.size
     moment = np.diag([y * y + z * z, x * x + z * z, x * x + y * y]) * (box.mass / 12.0)
     body.setInertia(dart.dynamics.Inertia(box.mass, np.array(box.com), moment))
@@ -309,20 +254,5 @@ def _box(box: Box, height: float) -> Any:
         R = R * Rotation.from_rotvec([math.pi / 2, 0.0, 0.0])
     above = 0.5 * (y if box.on_side else z)
     p = np.array([box.x, box.y, height + above])
-    skeleton.setPositions(dart.dynamics.FreeJoint.convertToPositions(_isometry(R.as_matrix(), p)))
+    skeleton.setPositions(dart.dynamics.FreeJoint.convertToPositions(isometry(R.as_matrix(), p)))
     return skeleton
-
-
-def _shape(body: Any, size: list[float]) -> Any:
-    node = body.createShapeNode(dart.dynamics.BoxShape(size))
-    node.createCollisionAspect()
-    node.createDynamicsAspect()
-    node.createVisualAspect()
-    return node
-
-
-def _isometry(R: Array, p: Array) -> Any:
-    X = dart.math.Isometry3()
-    X.set_rotation(R)
-    X.set_translation(p)
-    return X

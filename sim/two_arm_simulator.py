@@ -6,16 +6,17 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from services.messages import ArmCommand, ArmState, BaseCommand, Message, Truth
 from sim.box_vision import BoxVision, Scene
+from sim.brakes import Brakes
 from sim.differential_drive import STANDS, DifferentialDrive
-from sim.disturbance import Timed, refuse_absent
-from sim.effects import Effects, effects_at
-from sim.scenario import Scenario, World
+from sim.effects import Effects
+from sim.rolling import Rolling
+from sim.scenario import Scenario
 from sim.sensors import ImuSensor, OdometrySensor
-from sim.simulator import BRAKE, BRAKE_AFTER, ROLLING
+from sim.start import start_pose
+from sim.timeline import Timeline
 from sim.two_arm_physics import TwoArmPhysics
 
 Array = NDArray[np.float64]
@@ -40,6 +41,9 @@ class TwoArmSimulator:
 
     Attributes:
         physics: robot and world.
+        timeline: disturbances.
+        brakes: of the motors.
+        joints: of both arms.
         period: of a step [s].
 
     Raises:
@@ -56,7 +60,7 @@ class TwoArmSimulator:
         drawn = self.physics.drawn
         self.period = robot.period
         self.joints = len(robot.arms.joints)
-        self._drive = DifferentialDrive(
+        drive = DifferentialDrive(
             robot,
             self.physics.drive_inertia(),
             drawn.lag,
@@ -65,6 +69,7 @@ class TwoArmSimulator:
             streams[2],
             self.period,
         )
+        self._rolling = Rolling(drive, self.physics.set_wheel_friction, STANDS)
         self._odometry = OdometrySensor(robot, sensors, streams[3])
         self._imu = ImuSensor(robot, sensors, drawn.noise, streams[4], world.floor_tilt)
         self._vision: BoxVision | None = None
@@ -77,25 +82,12 @@ class TwoArmSimulator:
             ([cell.force_noise] * 3 + [cell.moment_noise] * 3) * 2
         )
         self._rng = streams[6]
-        self._timeline: list[Timed] = []
-        for disturbance in scenario.disturbance:
-            self.refuse(disturbance)
-            self._timeline.append(disturbance)
+        self.timeline = Timeline(scenario.disturbance, self.physics.bodies)
         self._resolution = robot.arms.encoder_resolution
         self._counts = self._encoders()
         self._tare: Array | None = None
-        self._standing = False
+        self.brakes = Brakes(self.physics.set_brakes)
         self._steps = 0
-        self._set_brakes(True)
-
-    def refuse(self, disturbance: Timed) -> None:
-        """Raise ValueError for a push on what is not there."""
-        refuse_absent(disturbance, self.physics.bodies)
-
-    def disturb(self, disturbance: Timed, now: float) -> Timed:
-        """Add a disturbance to the timeline."""
-        self._timeline = [d for d in self._timeline if d.end > now] + [disturbance]
-        return disturbance
 
     def step(self, now: float, arm: ArmCommand | None, base: BaseCommand | None) -> list[Message]:
         """Measure the state at ``now`` [s], then advance by a period.
@@ -105,7 +97,7 @@ class TwoArmSimulator:
             arm: newest torque command, None before the first.
             base: newest velocity command, None before the first.
         """
-        effects = effects_at(now, self._timeline)
+        effects = self.timeline.at(now)
         physics = self.physics
         pose, velocity, acceleration = physics.pose, physics.velocity, physics.acceleration
         out: list[Message] = [self._arm_state(now)]
@@ -116,20 +108,10 @@ class TwoArmSimulator:
         self._steps += 1
         if self._steps % TRUTH_EVERY == 0:
             out.append(self._truth(now, pose, velocity, acceleration, effects))
-        silent = arm is None or now - arm.t > BRAKE_AFTER
-        if silent != self._braked:
-            self._set_brakes(silent)
+        silent = self.brakes.look(now, arm)
         torque = np.zeros(self.joints) if arm is None or silent else arm.tau
-        # what the wheels see
-        rolling = velocity - np.array([*effects.slip, 0.0]) if effects.slips else velocity
-        c, s = math.cos(pose[2]), math.sin(pose[2])
-        x, y, w = rolling.tolist()
-        drive = self._drive.force(now, base, (c * x + s * y, c * y - s * x, w))
-        standing = self._drive.standing and not (effects.slips and effects.slip.any())
-        if standing != self._standing:
-            self._standing = standing
-            physics.set_wheel_friction(STANDS if standing else ROLLING)
-        physics.step(torque, np.array(drive), effects)
+        drive = self._rolling.force(now, base, float(pose[2]), velocity, effects)
+        physics.step(torque, drive, effects)
         return out
 
     def _arm_state(self, now: float) -> ArmState:
@@ -184,22 +166,3 @@ class TwoArmSimulator:
 
     def _encoders(self) -> Array:
         return np.rint(self.physics.q / self._resolution)
-
-    def _set_brakes(self, on: bool) -> None:
-        self._braked = on
-        self.physics.set_friction(BRAKE + self.physics.drawn.coulomb if on else None)
-
-
-def start_pose(world: World, rng: np.random.Generator) -> tuple[float, float, float]:
-    """X_WB at t = 0: x, y [m], heading [rad]; drawn if the world says so."""
-    drawn = [float(u) for u in rng.uniform(size=3)]
-    if world.start is None:
-        return world.platform_start
-    at = world.box or world.table
-    spans = (world.start.distance, world.start.bearing, world.start.heading)
-    distance, bearing, off = (lo + u * (hi - lo) for u, (lo, hi) in zip(drawn, spans, strict=True))
-    # in front of the box is -x of it
-    away = Rotation.from_rotvec([0.0, 0.0, at.yaw + math.pi + bearing])
-    x, y, _ = away.apply([distance, 0.0, 0.0]).tolist()
-    heading = math.remainder(at.yaw + bearing + off, 2 * math.pi)
-    return at.x + x, at.y + y, heading

@@ -19,17 +19,9 @@ if TYPE_CHECKING:
 program = typer.Typer(
     help="Programs of arm and platform (*.hds).", no_args_is_help=True, rich_markup_mode=None
 )
-for command in (
-    cli_requests.start,
-    cli_requests.stop,
-    cli_requests.abort,
-    cli_requests.pause,
-    cli_requests.resume,
-    cli_requests.jump,
-    cli_requests.follow,
-    cli_requests.event,
-    *cli_program_look.COMMANDS,
-):
+for name, command in cli_requests.PROGRAM.items():
+    program.command(name)(command)
+for command in cli_program_look.COMMANDS:
     program.command()(command)
 
 
@@ -68,7 +60,7 @@ def check(
             found.append(Finding("error", "unreadable", text, str(name), 1, 1, 0))
     bad = any(f.severity == "error" for f in found)
     if control and not bad:
-        from services.cli.control import check_control
+        from services.cli.program_control import check_control
 
         check_control([_file(name) for name in files], found, samples, seed, scenario, json)
     if json:

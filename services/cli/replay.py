@@ -19,9 +19,9 @@ from services.cli.replay_again import again, lines_of, show_again
 from services.cli.replay_again import data_of as again_data
 
 if TYPE_CHECKING:
-    from observer.logs.facts import Diagnosis
-    from observer.logs.log import Verdict
-    from observer.logs.recording import Recording
+    from observer.recordings.facts import Diagnosis
+    from observer.recordings.log import Verdict
+    from observer.recordings.recording import Recording
     from services.replays.run import Replayed
     from services.replays.tune import Report
 
@@ -57,8 +57,8 @@ def replay(
         with busy("running it again", quiet=json):
             done_again = again(log, "arm" if arm else "base")
         show_again(done_again, json)
-    from observer.logs.part import cut
-    from observer.logs.run import span
+    from observer.recordings.part import cut
+    from observer.recordings.run import span
     from services.replays.run import KINDS, PICTURES, data_of, replay_recording
 
     if observer not in KINDS:

@@ -1,35 +1,48 @@
-"""Commands that ask a running robot for something: disturbances, programs, resets."""
+"""Commands that ask a running robot for something: programs, goals, resets."""
 
 from __future__ import annotations
 
 import math
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from services.cli import base_program as cli_base_program
 from services.cli.common import Json, Robot, RunDir, fail, request
 
+Pose = tuple[float, float, float]
 Yes = Annotated[bool, typer.Option("--yes", help="Do not ask.")]
+Command = Callable[..., None]
 
 arm = typer.Typer(help="Ask the arm.", no_args_is_help=True, rich_markup_mode=None)
 base = typer.Typer(help="The running platform.", no_args_is_help=True, rich_markup_mode=None)
-for command in cli_base_program.COMMANDS:
-    base.command()(command)
 
 
-@arm.command()
-def reset(robot: Robot = "r1", run_dir: RunDir = None, json: Json = False) -> None:
-    """Reset the arm after a protective stop. Look at it first."""
-    request("arm", "reset", {}, robot, run_dir, json)
+def plain(service: str, verb: str, doc: str) -> Command:
+    """A command, with this help, that asks a service for something without any arguments."""
+
+    def command(robot: Robot = "r1", run_dir: RunDir = None, json: Json = False) -> None:
+        request(service, verb, {}, robot, run_dir, json)
+
+    command.__doc__ = doc
+    return command
 
 
-@arm.command("stop")
-def stop_now(robot: Robot = "r1", run_dir: RunDir = None, json: Json = False) -> None:
-    """Protective stop, now; a person resets it."""
-    request("arm", "protective_stop", {}, robot, run_dir, json)
+def event(service: str, doc: str) -> Command:
+    """A command, with this help, that tells a service's program of an event."""
+
+    def command(
+        name: Annotated[str, typer.Argument(help="The event a Wait node waits for.")],
+        robot: Robot = "r1",
+        run_dir: RunDir = None,
+        json: Json = False,
+    ) -> None:
+        request(service, "event", {"name": name}, robot, run_dir, json)
+
+    command.__doc__ = doc
+    return command
 
 
 def start(
@@ -41,35 +54,7 @@ def start(
     json: Json = False,
 ) -> None:
     """Start a program on the running arm."""
-    args: dict[str, Any] = {}
-    if file is not None:
-        args = {"program": str(file.resolve() if file.is_file() else file)}
-    request("arm", "start", args, robot, run_dir, json)
-
-
-def stop(robot: Robot = "r1", run_dir: RunDir = None, json: Json = False) -> None:
-    """Stop the running program; the arm holds still."""
-    request("arm", "stop", {}, robot, run_dir, json)
-
-
-def pause(robot: Robot = "r1", run_dir: RunDir = None, json: Json = False) -> None:
-    """Pause the running program; it can be resumed."""
-    request("arm", "pause", {}, robot, run_dir, json)
-
-
-def event(
-    name: Annotated[str, typer.Argument(help="The event a Wait node waits for.")],
-    robot: Robot = "r1",
-    run_dir: RunDir = None,
-    json: Json = False,
-) -> None:
-    """Tell the running program that something has happened."""
-    request("arm", "event", {"name": name}, robot, run_dir, json)
-
-
-def abort(robot: Robot = "r1", run_dir: RunDir = None, json: Json = False) -> None:
-    """Abort the program: it goes to its abort node, or ends."""
-    request("arm", "abort", {}, robot, run_dir, json)
+    request("arm", "start", _program(file), robot, run_dir, json)
 
 
 def jump(
@@ -96,22 +81,28 @@ def follow(
     request("arm", "follow", {"event": event}, robot, run_dir, json)
 
 
-def _confirm(what: str, yes: bool) -> None:
-    """Have a person agree; leaves with exit code 1 if not, 2 if nobody can be asked."""
-    if yes:
-        return
-    if not sys.stdin.isatty():
-        fail(f"{what} Nobody is there to confirm: say --yes", 2)
-    if not typer.confirm(f"{what} Is the robot clear?"):
-        raise typer.Exit(1)
+def start_base(
+    file: Annotated[
+        Path | None, typer.Argument(help="File, or name in base/programs; without, the task's own.")
+    ] = None,
+    goal: Annotated[
+        Pose | None, typer.Option(help="The program's goal: x, y [m], heading [deg].")
+    ] = None,
+    object: Annotated[
+        Pose | None, typer.Option(help="Its object: x, y [m], heading out of its front [deg].")
+    ] = None,
+    robot: Robot = "r1",
+    run_dir: RunDir = None,
+    json: Json = False,
+) -> None:
+    """Start a program on the running platform."""
+    args = _program(file)
+    for name, pose in (("goal", goal), ("object", object)):
+        if pose is not None:
+            args[name] = [pose[0], pose[1], math.radians(pose[2])]
+    request("base", "start", args, robot, run_dir, json)
 
 
-def resume(robot: Robot = "r1", run_dir: RunDir = None, json: Json = False) -> None:
-    """Resume a paused program."""
-    request("arm", "resume", {}, robot, run_dir, json)
-
-
-@base.command("goal", context_settings={"ignore_unknown_options": True})
 def goal(
     x: Annotated[float, typer.Argument(help="In the odometry frame [m].")],
     y: Annotated[float, typer.Argument(help="To the left [m].")],
@@ -126,13 +117,52 @@ def goal(
     )
 
 
-@base.command("stop")
-def stop_base(robot: Robot = "r1", run_dir: RunDir = None, json: Json = False) -> None:
-    """Bring the platform to rest until it is told to resume."""
-    request("base", "stop", {}, robot, run_dir, json)
+def _program(file: Path | None) -> dict[str, Any]:
+    """What a request to start says of the program's file."""
+    return {} if file is None else {"program": str(file.resolve() if file.is_file() else file)}
 
 
-@base.command("resume")
-def resume_base(robot: Robot = "r1", run_dir: RunDir = None, json: Json = False) -> None:
-    """Let the platform go on with its task."""
-    request("base", "resume", {}, robot, run_dir, json)
+def _confirm(what: str, yes: bool) -> None:
+    """Have a person agree; leaves with exit code 1 if not, 2 if nobody can be asked."""
+    if yes:
+        return
+    if not sys.stdin.isatty():
+        fail(f"{what} Nobody is there to confirm: say --yes", 2)
+    if not typer.confirm(f"{what} Is the robot clear?"):
+        raise typer.Exit(1)
+
+
+PROGRAM: dict[str, Command] = {
+    "start": start,
+    "stop": plain("arm", "stop", "Stop the running program; the arm holds still."),
+    "abort": plain("arm", "abort", "Abort the program: it goes to its abort node, or ends."),
+    "pause": plain("arm", "pause", "Pause the running program; it can be resumed."),
+    "resume": plain("arm", "resume", "Resume a paused program."),
+    "jump": jump,
+    "follow": follow,
+    "event": event("arm", "Tell the running program that something has happened."),
+}
+"""What ``steadyhand program`` asks of the arm."""
+
+ARM: dict[str, Command] = {
+    "reset": plain("arm", "reset", "Reset the arm after a protective stop. Look at it first."),
+    "stop": plain("arm", "protective_stop", "Protective stop, now; a person resets it."),
+}
+
+BASE: dict[str, Command] = {
+    "start": start_base,
+    "abort": plain(
+        "base", "abort", "Abort the platform's program: it goes to its abort node, or ends."
+    ),
+    "event": event("base", "Tell the platform's program that something has happened."),
+    "goal": goal,
+    "stop": plain("base", "stop", "Bring the platform to rest until it is told to resume."),
+    "resume": plain("base", "resume", "Let the platform go on with its task."),
+}
+
+for name, command in ARM.items():
+    arm.command(name)(command)
+for name, command in BASE.items():
+    # a negative number is no option
+    settings = {"ignore_unknown_options": True} if command is goal else None
+    base.command(name, context_settings=settings)(command)

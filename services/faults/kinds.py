@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
-from typing import ClassVar
 
 
 @dataclass(frozen=True)
 class Fault:
     """Something that goes wrong from ``t`` [s] for ``duration`` [s]."""
 
-    kind: ClassVar[str] = ""
     t: float
     duration: float
+
+    @property
+    def kind(self) -> str:
+        """Name of the class, in words."""
+        return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", type(self).__name__).lower()
 
     def active(self, now: float) -> bool:
         """Whether it acts at robot time ``now`` [s]."""
@@ -30,7 +34,6 @@ class OnTopic(Fault):
 class Loss(OnTopic):
     """A ``share`` of the messages does not arrive."""
 
-    kind = "loss"
     share: float
 
 
@@ -38,7 +41,6 @@ class Loss(OnTopic):
 class Duplication(OnTopic):
     """A ``share`` of the messages arrives twice, the second time up to 20 ms later."""
 
-    kind = "duplication"
     share: float
 
 
@@ -46,7 +48,6 @@ class Duplication(OnTopic):
 class Reordering(OnTopic):
     """Each message takes up to ``spread`` [s] longer than it should."""
 
-    kind = "reordering"
     spread: float
 
 
@@ -54,7 +55,6 @@ class Reordering(OnTopic):
 class Lateness(OnTopic):
     """Every message takes ``extra`` [s] longer."""
 
-    kind = "lateness"
     extra: float
 
 
@@ -62,7 +62,6 @@ class Lateness(OnTopic):
 class Replay(OnTopic):
     """With every message one arrives that was sent ``back`` [s] before."""
 
-    kind = "replay"
     back: float
 
 
@@ -70,7 +69,6 @@ class Replay(OnTopic):
 class Corruption(OnTopic):
     """A ``share`` of the messages has some of its bytes changed."""
 
-    kind = "corruption"
     share: float
 
 
@@ -78,7 +76,6 @@ class Corruption(OnTopic):
 class Flood(OnTopic):
     """A stray publisher sends ``count`` messages a tick: its own, and noise."""
 
-    kind = "flood"
     count: int
 
 
@@ -93,19 +90,14 @@ class OnService(Fault):
 class Hang(OnService):
     """The service is not stepped: stopped, or stuck with the interpreter's lock."""
 
-    kind = "hang"
-
 
 @dataclass(frozen=True)
 class Death(OnService):
     """The service dies, and a new one is there after ``duration``."""
-
-    kind = "death"
 
 
 @dataclass(frozen=True)
 class ClockStep(OnService):
     """The clock of the service's host is ``by`` [s] off, then right again."""
 
-    kind = "clock step"
     by: float

@@ -15,11 +15,11 @@ import numpy as np
 from services.faults import kinds as k
 from services.faults.wire import FaultyWire, Parcel
 from services.live.clock import EpochClock, HeardClock, RobotClock
-from services.live.runner import CLOCK_TICKS, ROBOT
+from services.live.runner import CLOCK_TICKS
 from services.lockstep import TICK, Listener
 from services.messages import BadMessage, Clock
 from services.service import Inbox, Service
-from services.topics import CLOCK, Topic
+from services.topics import CLOCK, ROBOT_PROCESS, Topic
 from services.wire.admission import Admission
 from services.wire.bus import RING
 
@@ -37,7 +37,7 @@ class Host:
         self.service = service
         self.refused: Counter[str] = Counter()
         self._local = local
-        robot = service.name == ROBOT
+        robot = service.name == ROBOT_PROCESS
         self._clock: RobotClock = EpochClock(0.0, local) if robot else HeardClock(local)
         topics = (*service.inputs, *(() if robot else (CLOCK,)))
         self._inbox = Inbox(topics)
@@ -83,7 +83,7 @@ class Host:
             self.refused[f"{topic.name}: {error.reason}"] += 1
             return False
         self._inbox.offer(topic, message, at)
-        if topic.owner == ROBOT:
+        if topic.owner == ROBOT_PROCESS:
             self._clock.hear(message.t, at)
         return True
 
@@ -143,7 +143,7 @@ class FaultyPlant:
 
     def _run(self, name: str, now: float) -> None:
         sent = self.hosts[name].step()
-        if name == ROBOT and self.tick % CLOCK_TICKS == 0:
+        if name == ROBOT_PROCESS and self.tick % CLOCK_TICKS == 0:
             sent = [(CLOCK, Clock(t=now)), *sent]
         for topic, message in sent:
             self._listener(topic, message, now)  # type: ignore[arg-type]
@@ -178,7 +178,7 @@ class FaultyPlant:
     def _clock_of(self, name: str) -> Callable[[], float]:
         """The local clock of a service's host [s]: any origin, and steps where there are faults."""
         steps = [f for f in self._faults if isinstance(f, k.ClockStep) and f.service == name]
-        origin = 0.0 if name == ROBOT else 1000.0
+        origin = 0.0 if name == ROBOT_PROCESS else 1000.0
 
         def local() -> float:
             off = sum(f.by for f in steps if f.active(self.now)) if steps else 0.0

@@ -84,7 +84,7 @@ def run_faulty(
     with without_collector():
         while plant.now < min(scenario.duration, max(ended + SETTLED, last)):
             plant.step()
-            witness.brakes(plant.now, robot.braked)
+            witness.brakes(plant.now, robot.brakes.on)
             person.look()
             if witness.states and witness.states[-1][1] in PROGRAM_ENDED:
                 ended = min(ended, plant.now)

@@ -17,8 +17,6 @@ from services.messages import ArmState, ArmStatus, Message, Truth
 from services.topics import ARM_STATE, ARM_STATUS, TRUTH, Topic
 from sim.disturbance import Push, Slip, Timed
 
-STOPS = 0.02
-"""A limit that is left must bring about a protective stop within this [s]."""
 AT_WORK = ("running", "degraded", "resuming")
 FORCED = 1.0
 """After a push or slip the platform's speed is the pusher's for this long [s]."""

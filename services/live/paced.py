@@ -15,12 +15,12 @@ from collections import deque
 from collections.abc import Callable, Iterable
 
 from services.live.loop import LoopStatistics
-from services.live.runner import ROBOT, Heart
+from services.live.runner import Heart
 from services.lockstep import TICK
 from services.messages import Message, Tick
 from services.requests import Requests
 from services.service import Inbox, Service
-from services.topics import REQUEST, SIM_TICK, Topic
+from services.topics import REQUEST, ROBOT_PROCESS, SIM_TICK, Topic
 from services.topics import TICK as TICK_TOPIC
 from services.wire.bus import Bus
 
@@ -167,7 +167,7 @@ class _Follower(_Paced):
     """Every other service: answers the ticks at which it is due."""
 
     def run(self, others: list[str]) -> None:
-        owners = {topic.owner for topic in self.service.inputs} - {ROBOT, self.service.name}
+        owners = {topic.owner for topic in self.service.inputs} - {ROBOT_PROCESS, self.service.name}
         owners &= set(others)
         self.waited: dict[str, Topic[Tick]] = {name: TICK_TOPIC[name] for name in owners}
         self.met: set[str] = set()
@@ -193,7 +193,7 @@ class _Follower(_Paced):
             self.bus.publish(self.answer, Tick(t=tick.t, number=tick.number, sent=dict(self.sent)))
 
     def introduce(self) -> None:
-        ready = self.met >= {*self.waited, ROBOT}
+        ready = self.met >= {*self.waited, ROBOT_PROCESS}
         number, sent = (READY, {"every": self.every}) if ready else (HELLO, {})
         self.bus.publish(self.answer, Tick(t=0.0, number=number, sent=sent))
 
@@ -205,7 +205,7 @@ class _Follower(_Paced):
 
     def called(self) -> bool:
         for _, tick in self.bus.take(SIM_TICK):
-            self.met.add(ROBOT)
+            self.met.add(ROBOT_PROCESS)
             if tick.number != HELLO:
                 self.calls.append(tick)
         return bool(self.calls)
@@ -232,7 +232,7 @@ def run_paced(
     Raises:
         PacedError: somebody did not come, or did not answer within 10 s; who is named.
     """
-    if service.name == ROBOT:
+    if service.name == ROBOT_PROCESS:
         _Leader(service, bus, stop, requests).run(ticks, list(others))
     else:
         _Follower(service, bus, stop, requests).run(list(others))

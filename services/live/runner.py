@@ -14,15 +14,13 @@ from services.live.loop import HEARTBEAT, Answers, Driven, FixedRate, LoopStatis
 from services.messages import Clock, Message
 from services.requests import Requests
 from services.service import Arrivals, Inbox, Service
-from services.topics import ARM_COMMAND, ARM_STATE, CLOCK, HEALTH, REQUEST, Topic
+from services.topics import ARM_COMMAND, ARM_STATE, CLOCK, HEALTH, REQUEST, ROBOT_PROCESS, Topic
 from services.wire.bus import Bus
-
-ROBOT = "sim"
-"""The process that is the robot: what it owns carries robot time."""
-
 
 CLOCK_TICKS = 5
 """Ticks of the robot between two messages that say its time."""
+ROBOT = ROBOT_PROCESS
+"""Under this name ``process.py`` asks for it."""
 
 
 class Pace(Protocol):
@@ -133,12 +131,12 @@ def run_live(
         pace = Driven(trigger.period, bus.arrived, lambda: bus.arrived_at)
     else:
         pace = FixedRate(service.period, spin)
-    extra = () if service.name == ROBOT or trigger is not None else (CLOCK,)
+    extra = () if service.name == ROBOT_PROCESS or trigger is not None else (CLOCK,)
     for topic in (*service.inputs, *extra):
         bus.hear(topic)
     inbox = Inbox((*service.inputs, *extra))
     heart = Heart(service, bus, pace.statistics)
-    grid = Grid(service.period, clock.slip) if service.name == ROBOT else None
+    grid = Grid(service.period, clock.slip) if service.name == ROBOT_PROCESS else None
     while not stop.is_set():
         pace.wait()
         if requests is not None:
@@ -165,5 +163,5 @@ def run_live(
 
 def _hear(clock: RobotClock, accepted: list[tuple[Topic, Message, float]]) -> None:
     for topic, message, at in accepted:
-        if topic.owner == ROBOT:
+        if topic.owner == ROBOT_PROCESS:
             clock.hear(message.t, at)

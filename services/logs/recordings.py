@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from deploy.robot import load_robot
-from observer.logs.recording import Recording, Samples
+from observer.recordings.recording import Recording, Samples
 from services.lockstep import TICK
 from services.logs.runlog import BadLog, RunLog, read_run
 from services.messages import Array, Message
@@ -28,7 +28,7 @@ def open_recording(path: Path) -> Recording:
         BadFile: a plain form with wrong entries.
     """
     if path.suffix == ".toml":
-        from observer.logs.load import load_recording
+        from observer.recordings.load import load_recording
 
         return load_recording(path)
     if path.suffix != ".mcap" and not path.is_dir():

@@ -10,9 +10,9 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 
-from observer.logs.figure import Figure as Told
-from observer.logs.lags import LagCurve, lag_curves
-from observer.logs.score import matched
+from observer.recordings.figure import Figure as Told
+from observer.recordings.lags import LagCurve, lag_curves
+from observer.recordings.score import matched
 from services.replays.run import AT_ITS_STAMPS, PICTURES, Replayed, in_unit
 from services.replays.surprise import innovations, nis, thin, title_of
 from services.reports.report import DRAWN, ERROR, MEANT, save

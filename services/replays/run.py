@@ -10,18 +10,18 @@ from typing import Any
 
 import numpy as np
 
-from observer.logs.diagnosis import diagnose
-from observer.logs.facts import Diagnosis
-from observer.logs.innovations import Innovations, innovations, measurements
-from observer.logs.log import Log, Verdict
-from observer.logs.prepare import prepare
-from observer.logs.recording import Recording, Samples
-from observer.logs.run import Estimates, Track, collect, odometry_track, replay
-from observer.logs.score import Score, score
-from observer.logs.verdicts import verdicts
 from observer.metrics import chi2_band
 from observer.observer import Observer, make_observer
 from observer.observer_options import ObserverOptions
+from observer.recordings.diagnosis import diagnose
+from observer.recordings.facts import Diagnosis
+from observer.recordings.innovations import Innovations, innovations, measurements
+from observer.recordings.log import Log, Verdict
+from observer.recordings.prepare import prepare
+from observer.recordings.recording import Recording, Samples
+from observer.recordings.run import Estimates, Track, collect, odometry_track, replay
+from observer.recordings.score import Score, score
+from observer.recordings.verdicts import verdicts
 from observer.report import Limits
 
 KINDS = ("ekf", "imm", "undelayed", "taylor", "hold")

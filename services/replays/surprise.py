@@ -8,7 +8,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 
-from observer.logs.innovations import Innovations
+from observer.recordings.innovations import Innovations
 from services.replays.run import DOF, Replayed, band_of, in_unit
 from services.reports.report import DRAWN, ERROR
 

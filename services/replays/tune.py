@@ -6,14 +6,14 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from deploy.robot import MobileBase
-from observer.logs.diagnosis import diagnose
-from observer.logs.facts import Diagnosis
-from observer.logs.log import Log, Verdict
-from observer.logs.prepare import prepare
-from observer.logs.recording import Recording
-from observer.logs.run import Track, collect, replay
-from observer.logs.score import score
-from observer.logs.tune import Tuning, tune
+from observer.recordings.diagnosis import diagnose
+from observer.recordings.facts import Diagnosis
+from observer.recordings.log import Log, Verdict
+from observer.recordings.prepare import prepare
+from observer.recordings.recording import Recording
+from observer.recordings.run import Track, collect, replay
+from observer.recordings.score import score
+from observer.recordings.tune import Tuning, tune
 from services.replays.run import finite, observer_for, tick_of, verdicts_on
 
 FROM_GYRO = ("odometry.speed_noise heading",)

@@ -17,7 +17,6 @@ from services.topics import ARM_STATUS, TRUTH
 
 Array = NDArray[np.float64]
 
-GRASP_FIGURES = ("lifted", "box_height_mm", "box_tilt_deg", "palm_force_peak_n")
 PALMS = ("left_palm", "right_palm")
 LIFTED = 0.15
 """Above where it stood a box is lifted [m]."""

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from services.messages import BadMessage, Message
-from services.topics import CLOCK, Topic
+from services.topics import CLOCK, ROBOT_PROCESS, Topic
 from services.wire.codec import decode
 
 PATIENCE = 0.5  # [s]; beyond its age limit a message is taken as a backlog and refused
-ROBOT = "sim"
 JUMP = 60.0  # [s]; a restarted robot is not further ahead than this
 FUTURE = 0.5  # [s]; a message this far ahead of us is not from our robot's time
 
@@ -68,7 +67,7 @@ class Admission:
         if now is not None and now - message.t > topic.age_limit + PATIENCE:
             raise BadMessage("old", f"{now - message.t:.3f} s")
         # only the robot itself may jump ahead: restarted, it tells a time of its own
-        ahead = JUMP if silent and topic.owner == ROBOT else FUTURE
+        ahead = JUMP if silent and topic.owner == ROBOT_PROCESS else FUTURE
         if now is not None and message.t - now > ahead:
             raise BadMessage("future", f"{message.t - now:.3f} s")
         if silent:  # nothing to compare with: the owner is new, or was restarted

@@ -16,7 +16,7 @@ from arm.nodes import REGISTRY
 from deploy.host_file import HOSTS, load_hosts
 from deploy.task import PROGRAMS
 from deploy.tomlfile import BadFile
-from observer.logs.table import BadTable, Table
+from observer.recordings.table import BadTable, Table
 from services import messages as m
 from services.logs.runlog import BadLog, LogWriter, read_log
 from services.messages import BadMessage

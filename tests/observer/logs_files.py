@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from observer.logs.recording import Recording
+from observer.recordings.recording import Recording
 from services.messages import Array
 
 ODOMETRY = """

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from observer.bench.world import World
-from observer.logs.recording import Recording, Samples
+from observer.recordings.recording import Recording, Samples
 from services.messages import BaseCommand, Imu, Odometry
 
 

@@ -8,8 +8,8 @@ import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
 from deploy.robot import MobileBase
-from observer.logs.assumptions import IMU, ODOMETRY, PLATFORM
-from observer.logs.recording import Recording, Samples
+from observer.recordings.assumptions import IMU, ODOMETRY, PLATFORM
+from observer.recordings.recording import Recording, Samples
 from services.messages import Array
 
 BASE = MobileBase(platform=PLATFORM, odometry=ODOMETRY, imu=IMU)

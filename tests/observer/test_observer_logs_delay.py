@@ -11,10 +11,10 @@ import pytest
 
 from observer.bench.manoeuvres import sway
 from observer.bench.world import simulate
-from observer.logs.delay import fit_turns
-from observer.logs.diagnosis import diagnose
-from observer.logs.increments import Noise, bottom, of_pose
-from observer.logs.series import Integral
+from observer.recordings.delay import fit_turns
+from observer.recordings.diagnosis import diagnose
+from observer.recordings.increments import Noise, bottom, of_pose
+from observer.recordings.series import Integral
 from tests.observer.logs_help import recorded
 from tests.observer.logs_motion import course, logged
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from deploy.tomlfile import BadFile
-from observer.logs.load import load_recording
-from observer.logs.log import Log
-from observer.logs.problems import Problems
-from observer.logs.recording import Recording
+from observer.recordings.load import load_recording
+from observer.recordings.log import Log
+from observer.recordings.problems import Problems
+from observer.recordings.recording import Recording
 from tests.observer.logs_files import (
     IMU,
     ODOMETRY,

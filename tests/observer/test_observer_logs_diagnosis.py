@@ -12,15 +12,15 @@ from scipy.spatial.transform import Rotation
 
 from observer.bench.manoeuvres import sway
 from observer.bench.world import simulate
-from observer.logs.diagnosis import Diagnosis, diagnose
-from observer.logs.frames import in_B, level, matrix_of, rpy_of
-from observer.logs.load import load_recording
-from observer.logs.log import Log
-from observer.logs.prepare import prepare
-from observer.logs.recording import Recording, Samples
-from observer.logs.resolution import resolution
-from observer.logs.rest import rough
-from observer.logs.verdicts import verdicts
+from observer.recordings.diagnosis import Diagnosis, diagnose
+from observer.recordings.frames import in_B, level, matrix_of, rpy_of
+from observer.recordings.load import load_recording
+from observer.recordings.log import Log
+from observer.recordings.prepare import prepare
+from observer.recordings.recording import Recording, Samples
+from observer.recordings.resolution import resolution
+from observer.recordings.rest import rough
+from observer.recordings.verdicts import verdicts
 from tests.observer.logs_files import imu_columns, in_sensor, odometry_columns, write_csv
 from tests.observer.logs_help import recorded
 from tests.observer.logs_motion import BASE, course, logged

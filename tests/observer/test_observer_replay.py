@@ -11,15 +11,15 @@ import pytest
 from deploy.robot import MobileBase
 from observer.bench.world import simulate
 from observer.commands import STILL, CommandHistory
-from observer.logs.drive import SILENCE
-from observer.logs.innovations import innovations, measurements
-from observer.logs.likelihood import Likelihood
-from observer.logs.part import cut, liveliest
-from observer.logs.recording import Recording, Samples
-from observer.logs.run import Track, collect, odometry_track, replay, span
-from observer.logs.score import align, score
-from observer.logs.tune import Tuning, tune
 from observer.observer import make_observer
+from observer.recordings.drive import SILENCE
+from observer.recordings.innovations import innovations, measurements
+from observer.recordings.likelihood import Likelihood
+from observer.recordings.part import cut, liveliest
+from observer.recordings.recording import Recording, Samples
+from observer.recordings.run import Track, collect, odometry_track, replay, span
+from observer.recordings.score import align, score
+from observer.recordings.tune import Tuning, tune
 from services.messages import Array
 from services.replays.run import observer_for
 from tests.observer.logs_help import recorded
@@ -230,7 +230,7 @@ def test_a_lag_that_is_hardly_told_is_left(
     def hardly(function: Likelihood, _: Array | None = None) -> tuple[Array, Array]:
         return function.origin + 5.0, np.full(len(function.origin), 2.0)
 
-    monkeypatch.setattr("observer.logs.tune._largest", hardly)
+    monkeypatch.setattr("observer.recordings.tune._largest", hardly)
     found = tune(swaying, seconds=5.0)
     assert [t.parameter.name for t in found.tuned if not t.told] == ["platform.lag"]
     assert found.base.platform.lag == swaying.base.platform.lag

@@ -13,15 +13,15 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from observer.logs.description import LogDescription
-from observer.logs.facts import Diagnosis
-from observer.logs.parameters import parameters
-from observer.logs.prepare import speeds_of
-from observer.logs.recording import Recording, Samples
-from observer.logs.run import collect
-from observer.logs.run import replay as run_replay
-from observer.logs.tune import Tuned, Tuning
 from observer.observer import make_observer
+from observer.recordings.description import LogDescription
+from observer.recordings.facts import Diagnosis
+from observer.recordings.parameters import parameters
+from observer.recordings.prepare import speeds_of
+from observer.recordings.recording import Recording, Samples
+from observer.recordings.run import collect
+from observer.recordings.run import replay as run_replay
+from observer.recordings.tune import Tuned, Tuning
 from services.cli.main import app
 from services.logs.provenance import provenance
 from services.logs.recordings import open_recording, recording_of

@@ -19,7 +19,8 @@ from services.service import Inbox, Outbox
 from services.sim_service import SimService
 from services.topics import ARM_COMMAND, ARM_STATE, BASE_COMMAND
 from sim.scenario import Box, Start, World, load_scenario
-from sim.two_arm_simulator import TwoArmSimulator, start_pose
+from sim.start import start_pose
+from sim.two_arm_simulator import TwoArmSimulator
 from tests.sim.two_arm_loop import ROBOT, Holder, Squeezer, run, scenario
 
 REST = np.array(load_robot(ROBOT, TwoArmRobot).arms.rest)

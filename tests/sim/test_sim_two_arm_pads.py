@@ -45,7 +45,7 @@ def test_a_box_thrown_at_a_palm_is_stopped_over_the_pads_way() -> None:
     physics = TwoArmPhysics(ROBOT, world, (0.0, 0.0, 0.0), np.random.default_rng(0))
     # palms at rest are 0.12 m from its sides
     physics._box.getParentJoint().setVelocities([0.0, 0.0, 0.0, 0.0, 1.6, 0.0])
-    physics.set_friction(np.full(14, 100.0))  # brakes: nothing but the pad gives way
+    physics.set_brakes(100.0)  # brakes: nothing but the pad gives way
     hardest, deepest = 0.0, 0.0
     for _ in range(60):
         physics.step(np.zeros(14), np.zeros(3), Effects())
@@ -63,7 +63,7 @@ def test_the_hardest_force_since_it_was_last_asked_is_told() -> None:
     def hardest(every: int) -> float:
         physics = TwoArmPhysics(ROBOT, world, (0.0, 0.0, 0.0), np.random.default_rng(0))
         physics._box.getParentJoint().setVelocities([0.0, 0.0, 0.0, 0.0, 1.6, 0.0])
-        physics.set_friction(np.full(14, 100.0))
+        physics.set_brakes(100.0)
         most = 0.0
         for k in range(60):
             physics.step(np.zeros(14), np.zeros(3), Effects())
