@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from arm.grasping.feel import Feel
 from arm.grasping.hands import Hands, Move
 from arm.grasping.law import Gains, Law
-from arm.grasping.limits import Limits
 from arm.grasping.model import JOINTS, Palms, TwoArmModel
 from arm.grasping.nodes import Control, Step, build
 from arm.grasping.nodes.carrying import carried
@@ -24,6 +23,7 @@ from arm.grasping.nodes.node import quantities
 from arm.grasping.regions import Regions
 from arm.grasping.scene import BoxPlace, Scene, between, box_in_platform
 from arm.hds import Program
+from arm.joint_limits import JointLimits
 from arm.node_runner import NodeRunner
 from arm.platform_motion import PlatformMotion
 from services.messages import ArmCommand, ArmState, ArmStatus, Estimate, ObjectEstimate
@@ -38,6 +38,8 @@ BOX_SD = 0.15
 """A box known no better than this is not known [m]."""
 PARTED = 1.0
 """A palm that has not come back to what it held for this long has lost it [s]."""
+PATIENCE = 0.1
+"""A push may drive a joint faster than its limit for this long [s]."""
 STIFFNESS = 4.0
 """Of joints that are held [1/s]."""
 
@@ -63,7 +65,7 @@ class GraspExecutive(NodeRunner):
         self.feel = Feel()
         self.regions = Regions()
         self._law = Law(self.model, gains)
-        self._limits = Limits(self.model)
+        self._limits = JointLimits(arms.joints, *ends, arms.velocity_limit * 2, PATIENCE)
         self._size = np.array(size)
         self._half_palm = 0.5 * np.array(self.model.robot.palms.size)
         self._platform = PlatformMotion()
@@ -95,6 +97,11 @@ class GraspExecutive(NodeRunner):
         """
         raise ValueError(f"no node waits for an event {name!r}")
 
+    def reset(self) -> None:
+        """Leave a protective stop; ValueError if the arms are not in one."""
+        super().reset()
+        self._limits.excuse()
+
     def _problem(self) -> str:
         return self._platform.problem
 
@@ -108,6 +115,8 @@ class GraspExecutive(NodeRunner):
     def _drop(self, stopped: bool) -> None:
         self._halt(keep_place=True)
         self._node = None
+        if stopped:
+            self._held_at = None  # what was pushed to a limit is not flung back from there
 
     # --- the tick ---------------------------------------------------------------------------
 

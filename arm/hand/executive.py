@@ -11,10 +11,11 @@ from collections.abc import Mapping
 import numpy as np
 
 from arm.hand.handling import Handling, Scene
-from arm.hand.model import Placed
+from arm.hand.model import ARM, Placed
 from arm.hand.nodes import Control, Step, build
 from arm.hand.nodes.node import quantities
 from arm.hds import Program
+from arm.joint_limits import JointLimits
 from arm.node_runner import NodeRunner
 from arm.platform_motion import PlatformMotion
 from deploy.task import BottleTask
@@ -44,12 +45,12 @@ class HandExecutive(NodeRunner):
         self._t: float | None = None
         self.hand = Handling(robot, task, seed)
         model = self.hand.model
-        self._speed_limit = np.array(model.robot.arm.velocity_limit)
-        self._fast = 0.0
+        arm, ends = model.robot.arm, (model.lower[ARM], model.upper[ARM])
+        # fingers lie at the ends of theirs: open, and on what is thin
+        self._limits = JointLimits(arm.joints, *ends, arm.velocity_limit, PATIENCE)
         self._hand_state: HandState | None = None
         self.hand_command = HandCommand(t=0.0, tau=np.zeros(4))
         self._at: Placed | None = None
-        self._joint_margin = 0.0
 
     def see_hand(self, state: HandState) -> None:
         """Take in the hand's newest state; needed before the first step."""
@@ -87,19 +88,11 @@ class HandExecutive(NodeRunner):
         tau = self._step.torque if self._working else None
         if tau is None:
             tau = self.hand.torque(at)
-        self._watch(dt, q, qd)
+        violated = self._limits.violated(dt, arm.q, arm.qd)
+        if violated is not None:
+            self.protective_stop(violated)
         self.hand_command = HandCommand(t=hand.t, tau=tau[7:])
         return ArmCommand(t=arm.t, tau=tau[:7]), self._status(arm.t)
-
-    def _watch(self, dt: float, q: np.ndarray, qd: np.ndarray) -> None:
-        """Stop what leaves its limits."""
-        model = self.hand.model
-        self._joint_margin = float(np.minimum(q - model.lower, model.upper - q)[:7].min())
-        share = np.abs(qd[:7]) / self._speed_limit
-        self._fast = self._fast + dt if share.max() > 1.0 else 0.0
-        if self._fast > PATIENCE:
-            joint = model.robot.arm.joints[int(share.argmax())]
-            self.protective_stop(f"velocity limit of {joint}")
 
     # --- the program ------------------------------------------------------------------------
 
@@ -122,6 +115,11 @@ class HandExecutive(NodeRunner):
         """
         raise ValueError(f"no node waits for an event {name!r}")
 
+    def reset(self) -> None:
+        """Leave a protective stop; ValueError if the arm is not in one."""
+        super().reset()
+        self._limits.excuse()
+
     def _problem(self) -> str:
         return self._platform.problem
 
@@ -140,6 +138,9 @@ class HandExecutive(NodeRunner):
 
     def _drop(self, stopped: bool) -> None:
         self._halt(keep_place=True)
+        if stopped and self._at is not None:
+            # what was pushed to a limit is not flung back from there; fingers go on squeezing
+            self.hand.reference[ARM] = self._at.q[ARM]
 
     def _halt(self, keep_place: bool) -> None:
         if self._step.torque is not None and self._at is not None:
@@ -155,7 +156,7 @@ class HandExecutive(NodeRunner):
             now,
             force=float(np.linalg.norm(self.hand.feel.force, axis=1).min()),
             force_reference=self.hand.squeeze,
-            joint_margin=self._joint_margin,
+            joint_margin=self._limits.joint_margin,
             stand=self._step.stand,
             residuals=np.zeros(0) if self._step.residuals is None else self._step.residuals,
         )
