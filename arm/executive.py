@@ -405,7 +405,7 @@ class Executive(ProgramRunner):
         values = quantities(context, self._last, self._in_node, self._felt.value)
         if automaton.check_guards(values) is None:
             return False
-        self._event = automaton.history[-1].event
+        self._event, self._note = automaton.history[-1].event, ""
         context.desired = self._desired
         self._next_node(context)
         return True
