@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,22 @@ EXCUSED = 0.005
 """How much further a limit already left may be left on the way back [rad, m]."""
 AVERAGED = 0.01
 """Encoder differences are noisy: a speed is judged over about this time [s]."""
+
+PATIENCE = 0.1
+"""A push may drive a joint faster than its limit for this long, where it may at all [s]."""
+
+
+class Watched(Protocol):
+    """Limits that are looked after."""
+
+    @property
+    def joint_margin(self) -> float:
+        """Smallest distance of a joint to an end of its range [rad]."""
+        ...
+
+    def excuse(self) -> None:
+        """What is still beyond its limit may come back."""
+        ...
 
 
 class JointLimits:

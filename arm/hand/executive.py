@@ -7,6 +7,7 @@ they were meant to be and a bottle between the fingers stays squeezed.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
@@ -15,16 +16,10 @@ from arm.hand.model import ARM, Placed
 from arm.hand.nodes import Control, Step, build
 from arm.hand.nodes.node import quantities
 from arm.hds import Program
-from arm.joint_limits import JointLimits
+from arm.joint_limits import PATIENCE, JointLimits
 from arm.node_runner import NodeRunner
-from arm.platform_motion import PlatformMotion
 from deploy.task import BottleTask
 from services.messages import ArmCommand, ArmState, ArmStatus, Estimate, HandCommand, HandState
-
-LONGEST_TICK = 0.05
-"""After a gap in the state longer than this everything starts anew [s]."""
-PATIENCE = 0.1
-"""A joint may be faster than its limit for this long [s]."""
 
 
 class HandExecutive(NodeRunner):
@@ -40,14 +35,12 @@ class HandExecutive(NodeRunner):
     """
 
     def __init__(self, robot: str, task: BottleTask, seed: int = 0) -> None:
-        super().__init__("the arm is", build, Step())
-        self._platform = PlatformMotion()
-        self._t: float | None = None
         self.hand = Handling(robot, task, seed)
         model = self.hand.model
         arm, ends = model.robot.arm, (model.lower[ARM], model.upper[ARM])
         # fingers lie at the ends of theirs: open, and on what is thin
         self._limits = JointLimits(arm.joints, *ends, arm.velocity_limit, PATIENCE)
+        super().__init__("the arm is", build, Step(), model.robot.period, self._limits)
         self._hand_state: HandState | None = None
         self.hand_command = HandCommand(t=0.0, tau=np.zeros(4))
         self._at: Placed | None = None
@@ -63,24 +56,13 @@ class HandExecutive(NodeRunner):
         """
         hand = self._hand_state
         assert hand is not None
-        dt = self.hand.model.robot.period if self._t is None else arm.t - self._t
-        first = self._t is None
-        if dt > LONGEST_TICK:
-            dt = self.hand.model.robot.period
-            if self._working:
-                self._interrupt("Failed", "the arm's own state was late")
-        self._t = arm.t
-        problem = self._platform.follow(dt, arm.t, estimate)
-        if problem and self._working:
-            self._interrupt("Failed", problem)
-        elif estimate is not None:
-            self._look_at_age(arm.t - estimate.t)
+        dt = self._begin(arm, estimate)
         self.hand.model.move(self._platform.base)
         q, qd = np.concatenate([arm.q, hand.q]), np.concatenate([arm.qd, hand.qd])
         at = self.hand.model.place(q, qd)
-        self._at = at
-        if first:
+        if self._at is None:
             self.hand.take(at)
+        self._at = at
         scene = Scene(dt, arm.t, at, hand.cells, hand.struck, self._platform.base)
         self.hand.sense(scene, self._node is not None and self._node.feels)
         if self._working:
@@ -99,29 +81,7 @@ class HandExecutive(NodeRunner):
     def start(self, program: Program) -> None:
         """Run a checked program; what was tried before is forgotten."""
         super().start(program)
-        self._note = self._cause = ""
         self.hand.begin()
-
-    @property
-    def sees(self) -> bool:
-        """Whether there is a usable estimate of the platform."""
-        return self._t is not None and not self._platform.problem
-
-    def signal(self, name: str) -> None:
-        """Tell the program of an event outside it.
-
-        Raises:
-            ValueError: always; no node type of a hand waits for one.
-        """
-        raise ValueError(f"no node waits for an event {name!r}")
-
-    def reset(self) -> None:
-        """Leave a protective stop; ValueError if the arm is not in one."""
-        super().reset()
-        self._limits.excuse()
-
-    def _problem(self) -> str:
-        return self._platform.problem
 
     def _advance(self, scene: Scene) -> Step:
         node: Control = self._node
@@ -149,14 +109,11 @@ class HandExecutive(NodeRunner):
         self._node, self._step = None, Step()
         self.hand.stay()
 
-    def _status(self, now: float) -> ArmStatus | None:
-        if not self._status_is_due(now):
-            return None
-        return self._status_of(
-            now,
-            force=float(np.linalg.norm(self.hand.feel.force, axis=1).min()),
-            force_reference=self.hand.squeeze,
-            joint_margin=self._limits.joint_margin,
-            stand=self._step.stand,
-            residuals=np.zeros(0) if self._step.residuals is None else self._step.residuals,
-        )
+    def _more(self, now: float) -> Mapping[str, Any]:
+        none = self._step.residuals is None
+        return {
+            "force": float(np.linalg.norm(self.hand.feel.force, axis=1).min()),
+            "force_reference": self.hand.squeeze,
+            "stand": self._step.stand,
+            "residuals": np.zeros(0) if none else self._step.residuals,
+        }

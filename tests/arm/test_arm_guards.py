@@ -8,7 +8,7 @@ from arm.hds import TIME
 from arm.nodes import REGISTRY
 from arm.nodes.quantities import QUANTITIES
 from tests.arm.rig import AHEAD, EXACT, Rig, program, world_at
-from tests.arm.test_arm_executive import at_rest, drawing
+from tests.arm.test_arm_executive import at_rest, drawing, silent
 
 HOLD = """
 INTERFACE = r1;
@@ -120,6 +120,21 @@ def test_abort_goes_to_the_abort_node_and_on_from_there(when: str) -> None:
     rig.run(0.01)
     assert (rig.status.state, rig.status.node, rig.status.event) == ("running", "Away", "Abort")
     rig.until_state("finished")
+    assert rig.status.node == "Rested"
+
+
+def test_an_abort_that_is_interrupted_at_once_goes_on_in_the_abort_node() -> None:
+    """Not in the node that was aborted."""
+    rig = holding("")
+    rig.run(0.05)
+    rig.arm.abort()
+    rig.sense = silent
+    rig.step()
+    rig.sense = lambda estimate: estimate
+    rig.run(0.05)
+    assert rig.arm.state == "safe_hold"
+    rig.arm.resume()
+    rig.until_state("finished", 5.0)
     assert rig.status.node == "Rested"
 
 
