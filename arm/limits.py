@@ -1,4 +1,4 @@
-"""The arm's limits: what it must never leave, and the name of the one it left."""
+"""The limits of an arm with a pen: what it must never leave, and the name of the one it left."""
 
 from __future__ import annotations
 
@@ -8,16 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from arm.joint_limits import EXCUSED, JointLimits
 from arm.model import ArmModel
 
 Array = NDArray[np.float64]
 
 PATIENCE = 0.1
 """How long torque or reference may stand at its limit before the arm stops [s]."""
-JOINT_MARGIN = 0.02
-"""Distance to a joint limit that must be left [rad]."""
-EXCUSED = 0.005
-"""How much further a limit already left may be left on the way back [rad, m]."""
 TRACKING = 0.15
 """Largest difference of reference and measured joint position [rad]."""
 
@@ -33,21 +30,24 @@ class Limits:
     model: ArmModel
 
     def __post_init__(self) -> None:
-        arm = self.model.robot.arm
-        self._velocity = np.array(arm.velocity_limit)
+        model, arm = self.model, self.model.robot.arm
+        self._joints = JointLimits(arm.joints, model.q_lower, model.q_upper, arm.velocity_limit)
+        self._names = arm.joints
         self._force = arm.force_limit
         self._reach = arm.reach
-        self._names = arm.joints
         self._saturated = 0.0
         self._clamped = 0.0
-        self._speed = np.zeros(self.model.joints)
-        self._joint_floor = JOINT_MARGIN
         self._reach_floor = 0.0
-        self.joint_margin = 0.0
+
+    @property
+    def joint_margin(self) -> float:
+        """Smallest distance of a joint to an end of its range [rad]."""
+        return self._joints.joint_margin
 
     def excuse(self) -> None:
         """After a reset: a joint or reach limit that is still left may be come back from."""
-        self._joint_floor = self._reach_floor = -math.inf
+        self._joints.excuse()
+        self._reach_floor = -math.inf
 
     def reach_margin(self) -> float:
         """Distance left before the arm is stretched out, at the state last placed [m]."""
@@ -76,18 +76,12 @@ class Limits:
             clamped: the reference's rates were clamped at this tick.
             reach_margin: see ``reach_margin`` [m]; None where it does not matter.
         """
-        # encoder differences are noisy: judge the speed over about 10 ms
-        self._speed += (qd - self._speed) * min(dt / 0.01, 1.0)
-        if max(map(abs, (self._speed / self._velocity).tolist())) > 1.0:
-            i = int((np.abs(self._speed) / self._velocity).argmax())
-            return f"velocity limit of {self._names[i]}: {self._speed[i]:.2f} rad/s"
+        joints = self._joints.violated(dt, q, qd)
+        if joints is not None:
+            return joints
         force = math.hypot(*wrench[:3].tolist())
         if force > self._force:
             return f"force limit at the wrist: {force:.0f} N of {self._force:.0f} N"
-        margin = self.joint_margin = self.model.joint_margin(q)
-        if margin < self._joint_floor:
-            return f"joint limit: {margin:.3f} rad left of {JOINT_MARGIN} rad"
-        self._joint_floor = min(max(self._joint_floor, margin - EXCUSED), JOINT_MARGIN)
         if reach_margin is not None:
             if reach_margin < self._reach_floor:
                 return f"reach limit: {-1000 * reach_margin:.1f} mm beyond"

@@ -1,34 +1,56 @@
-"""Steps the nodes of a program whose steps say an event, its reason and a goal."""
+"""What every arm's executive does at a tick but for the arm: the program's nodes, and the status.
+
+It keeps the time between the states of the joints, follows the platform, steps what is in control,
+follows its events and guards, and tells of it.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import PurePath
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
+from arm.hds import Program
+from arm.joint_limits import Watched
+from arm.platform_motion import PlatformMotion
 from arm.program_runner import ProgramRunner
-from services.messages import ArmStatus, Array
+from services.messages import ArmState, ArmStatus, Array, Estimate
 
+LONGEST_TICK = 0.05
+"""After a gap in the joints' state longer than this everything starts anew [s]."""
 STATUS_PERIOD = 0.02
 """[s]"""
 
 
-class Timed(Protocol):
-    """What a node sees at one tick."""
+@runtime_checkable
+class Waits(Protocol):
+    """A node that waits for an event from outside."""
 
-    dt: float
+    def signal(self, name: str) -> None:
+        """An event has come; ValueError if it is not the one waited for."""
+        ...
 
 
 class NodeRunner(ProgramRunner):
-    """Runs the current node, follows its events and guards, and tells of it."""
+    """Runs the current node, follows its events and guards, and tells of it.
 
-    def __init__(self, who: str, build: Any, step: Any) -> None:
+    Args:
+        who: for texts, "the arm is".
+        build: the control of a node of a program; ValueError if it cannot be made.
+        step: what a node answers at a tick, of an arm that does nothing.
+        period: of the joints' state [s].
+        limits: of the arm.
+    """
+
+    def __init__(self, who: str, build: Any, step: Any, period: float, limits: Watched) -> None:
         super().__init__(who, build)
+        self._period, self._watched = period, limits
+        self._platform = PlatformMotion()
+        self._t: float | None = None
         self._node: Any = None
         self._step = step
-        self._note = ""
         self._cause = ""  # of the newest event that had one: why a program ended as it did
         self._in_node = 0.0
         self._new_node = False
@@ -37,8 +59,26 @@ class NodeRunner(ProgramRunner):
 
     # --- what an arm does about it ------------------------------------------------------------
 
+    def _anew(self, state: ArmState) -> None:
+        """Begin, or begin anew after a gap, at a state of the joints."""
+
+    def _without_estimate(self, problem: str) -> None:
+        """Whatever relies on the platform's motion must stop relying on it."""
+        if self._moving:
+            self._interrupt("Failed", problem)
+        elif self.state == "safe_hold":
+            self.states.reason = problem
+
+    def _prepare(self, scene: Any) -> None:
+        """What comes before a step."""
+
+    @property
+    def _steps(self) -> bool:
+        """Whether there is something to step."""
+        return self._working
+
     def _advance(self, scene: Any) -> Any:
-        """The current node's next step; None if it was interrupted instead."""
+        """The next step of what is in control; None if it was interrupted instead."""
         raise NotImplementedError
 
     def _enter(self, scene: Any) -> None:
@@ -53,32 +93,86 @@ class NodeRunner(ProgramRunner):
         """What guards look at."""
         raise NotImplementedError
 
-    # --- the program ----------------------------------------------------------------------------
+    def _more(self, now: float) -> Mapping[str, Any]:
+        """The arm's own part of a status at robot time ``now`` [s]."""
+        raise NotImplementedError
 
-    def _run(self, scene: Timed) -> None:
-        """Step the node, follow its events and guards."""
+    # --- requests -------------------------------------------------------------------------------
+
+    def start(self, program: Program) -> None:
+        """Run a checked program from its initial node; ValueError as any executive."""
+        super().start(program)
+        self._cause = ""
+
+    def signal(self, name: str) -> None:
+        """Tell the program of an event outside it.
+
+        Raises:
+            ValueError: no node waits for it now.
+        """
+        if not self._working or not isinstance(self._node, Waits):
+            where = f" in {self._automaton.node.name}" if self._automaton else ""
+            raise ValueError(f"no node waits for an event: {self.states}{where}")
+        self._node.signal(name)
+
+    def reset(self) -> None:
+        """Leave a protective stop; ValueError if it is not in one."""
+        super().reset()
+        self._watched.excuse()
+
+    @property
+    def sees(self) -> bool:
+        """Whether there is a usable estimate of the platform."""
+        return self._t is not None and not self._platform.problem
+
+    @property
+    def _moving(self) -> bool:
+        """Whether a program has the arm, or it is on its way back to one."""
+        return self._working or self.state == "resuming"
+
+    def _problem(self) -> str:
+        return self._platform.problem
+
+    # --- the tick ---------------------------------------------------------------------------------
+
+    def _begin(self, state: ArmState, estimate: Estimate | None) -> float:
+        """Come to the instant of a state, and what the platform is doing then.
+
+        Returns:
+            Time since the last state, a period if there is none to go on from [s].
+        """
+        before, self._t = self._t, state.t
+        dt = self._period if before is None else state.t - before
+        if before is None or dt > LONGEST_TICK:
+            dt = self._period
+            self._anew(state)
+            if before is not None and self._moving:
+                self._interrupt("Failed", "the arm's own state was late")
+        problem = self._platform.follow(dt, state.t, estimate)
+        if problem:
+            self._without_estimate(problem)
+        elif estimate is not None:
+            self._look_at_age(state.t - estimate.t)
+        return dt
+
+    def _run(self, scene: Any) -> None:
+        """Step what is in control, follow its events and guards."""
         self._new_node = False
         if self._start_node:
             self._start_node = False
             self._next_node(scene)
-        if self._node is None:
-            return
+        self._prepare(scene)
         self._update(scene)
         if self._guarded(scene):
             self._update(scene)
         # what follows takes over within this tick; the language refuses cycles that take no time
-        while self._step.event is not None and self._working:
-            assert self._automaton is not None
-            self._event, self._note = self._step.event, self._step.reason
-            self._cause = self._step.reason or self._cause
-            self._automaton.fire(self._step.event)
-            self._next_node(scene)
-            if self._working:
-                self._update(scene)
+        while self._step.event is not None and self._follow(scene):
+            self._update(scene)
 
-    def _update(self, scene: Timed) -> None:
+    def _update(self, scene: Any) -> None:
+        """Take one step of what is in control."""
         before = self._step.goal
-        step = self._advance(scene)
+        step = self._advance(scene) if self._steps else None
         if step is None:
             return
         self._step = step
@@ -88,7 +182,18 @@ class NodeRunner(ProgramRunner):
             self._goals += 1
             self._changed = True
 
-    def _guarded(self, scene: Timed) -> bool:
+    def _follow(self, scene: Any) -> bool:
+        """Act on the step's event; returns whether anything came of it."""
+        if not self._working:
+            return False
+        assert self._automaton is not None
+        self._tell(self._step.event, self._step.reason)
+        self._cause = self._step.reason or self._cause
+        self._automaton.fire(self._step.event)
+        self._next_node(scene)
+        return True
+
+    def _guarded(self, scene: Any) -> bool:
         """Follow a guard that holds, unless the node is new or has raised an event."""
         automaton = self._automaton
         if not self._working or automaton is None or self._new_node:
@@ -98,28 +203,35 @@ class NodeRunner(ProgramRunner):
             return False
         if automaton.check_guards(self._values(scene)) is None:
             return False
-        self._event, self._note = automaton.history[-1].event, ""
+        self._tell(automaton.history[-1].event)
         self._next_node(scene)
-        return self._working
+        return True
 
-    def _next_node(self, scene: Timed) -> None:
+    def _next_node(self, scene: Any) -> None:
         """Enter the automaton's current node."""
         assert self._automaton is not None
         self._in_node, self._new_node, self._changed = 0.0, True, True
         node = self._automaton.node
         if self._automaton.finished:
             self._end(scene)
-            self.states.fire("Done", self._cause or ("" if node.name == "End" else node.name))
+            self.states.fire("Done", "" if node.name == "End" else self._cause or node.name)
             return
         self._node = self._build(node, self._automaton.program)
         self._enter(scene)
 
     # --- what people see --------------------------------------------------------------------------
 
-    def _status_of(self, now: float, **more: Any) -> ArmStatus:
-        """The status at robot time ``now`` [s]; ``more`` is the arm's own part."""
+    def _status(self, now: float) -> ArmStatus | None:
+        """The status at robot time ``now`` [s] if one is due."""
+        if not self._changed and now + 1e-9 < self._status_due:
+            return None
+        self._changed = False
+        self._status_due = now + STATUS_PERIOD
         automaton, goal = self._automaton, self._step.goal
         nowhere: Array = np.zeros(3)
+        reason = self.reason or self._note
+        if self._halting and automaton:
+            reason = f"{reason}; interrupted in {automaton.node.name}: resume or stop the program"
         return ArmStatus(
             t=now,
             state=self.state,
@@ -127,16 +239,9 @@ class NodeRunner(ProgramRunner):
             node=automaton.node.name if automaton else "",
             event=self._event,
             transitions=automaton.transitions if automaton else 0,
-            reason=self.reason or self._note,
+            reason=reason,
+            joint_margin=self._watched.joint_margin,
             goal_number=0 if goal is None else self._goals,
             goal=nowhere if goal is None else goal,
-            **more,
+            **self._more(now),
         )
-
-    def _status_is_due(self, now: float) -> bool:
-        """Whether a status is to be said; if so the next is due a period later."""
-        if not self._changed and now + 1e-9 < self._status_due:
-            return False
-        self._changed = False
-        self._status_due = now + STATUS_PERIOD
-        return True

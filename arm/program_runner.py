@@ -31,7 +31,7 @@ class ProgramRunner:
         self.states = arm_states(who, self._told)
         self._build = build
         self._automaton: Automaton | None = None
-        self._event = ""
+        self._event = self._note = ""
         self._start_node = False
         self._changed = False
 
@@ -78,7 +78,7 @@ class ProgramRunner:
                 self._build(node, program)
         self._automaton = Automaton(program)
         self._automaton.start()
-        self._event = "start"
+        self._tell("start")
         self.states.fire("Start")
         self._start_node = True
 
@@ -103,7 +103,7 @@ class ProgramRunner:
         if self._automaton is None:
             self.states.fire("Stop")
             return
-        self._event = "resume"
+        self._tell("resume")
         self._come_back()
 
     def jump(self, node: str) -> None:
@@ -161,7 +161,7 @@ class ProgramRunner:
         if self._problem():
             raise ValueError(f"cannot go on yet: {self._problem()}; stop instead")
         self._automaton.fire(ABORT)
-        self._event = ABORT
+        self._tell(ABORT)
         if self._automaton.finished:
             self._drop(stopped=False)
             self.states.fire("Done", "aborted")
@@ -233,9 +233,13 @@ class ProgramRunner:
 
     def _goes_on(self, event: str) -> None:
         assert self._automaton is not None
-        self._event = event
+        self._tell(event)
         self.states.reason = f"goes on in {self._automaton.node.name}"
         self._changed = True
+
+    def _tell(self, event: str, reason: str = "") -> None:
+        """The newest event, and why it was raised where its name does not say it all."""
+        self._event, self._note = event, reason
 
     def _told(self, step: Step, reason: str) -> None:
         self._changed = True

@@ -8,7 +8,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 
 from arm.hds import Program
-from arm.limits import JOINT_MARGIN
+from arm.joint_limits import JOINT_MARGIN
 from arm.model import ArmModel, Base
 from arm.nodes import build
 from arm.nodes.drive_to import DriveTo

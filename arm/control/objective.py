@@ -69,10 +69,6 @@ class Objective(Composable):
         rate = self.gain * error
         return Rows(self.jacobian(kinematics), rate, edge(error, self.tolerance))
 
-    def satisfied(self, kinematics: Kinematics) -> bool:
-        """Whether the goal region g(Φ) has been reached."""
-        return float(np.linalg.norm(self.error(kinematics))) <= self.tolerance
-
     def at(self, view: Callable[[Any], Kinematics]) -> Objective:
         """The same objective for one of several control points: a palm, a finger tip.
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,22 +17,18 @@ from numpy.typing import NDArray
 from arm.grasping.feel import Feel
 from arm.grasping.hands import Hands, Move
 from arm.grasping.law import Gains, Law
-from arm.grasping.limits import Limits
 from arm.grasping.model import JOINTS, Palms, TwoArmModel
 from arm.grasping.nodes import Control, Step, build
 from arm.grasping.nodes.carrying import carried
 from arm.grasping.nodes.node import quantities
 from arm.grasping.regions import Regions
 from arm.grasping.scene import BoxPlace, Scene, between, box_in_platform
-from arm.hds import Program
+from arm.joint_limits import PATIENCE, JointLimits
 from arm.node_runner import NodeRunner
-from arm.platform_motion import PlatformMotion
 from services.messages import ArmCommand, ArmState, ArmStatus, Estimate, ObjectEstimate
 
 Array = NDArray[np.float64]
 
-LONGEST_TICK = 0.05
-"""After a gap in the arms' state longer than this everything starts anew [s]."""
 BOX_AGE = 0.3
 """A message about the box older than this is none [s]."""
 BOX_SD = 0.15
@@ -54,49 +51,25 @@ class GraspExecutive(NodeRunner):
     def __init__(
         self, robot: str, size: tuple[float, float, float], gains: Gains | None = None
     ) -> None:
-        super().__init__("the arms are", build, Step())
         self.model = TwoArmModel(robot)
-        arms = self.model.robot.arms
-        ends = self.model.q_lower, self.model.q_upper
-        pad = self.model.robot.palms.pad.stiffness
-        self.hands = Hands(np.array(arms.rest), *ends, pad)
+        made, ends = self.model.robot, (self.model.q_lower, self.model.q_upper)
+        arms, palms = made.arms, made.palms
+        self._limits = JointLimits(arms.joints, *ends, arms.velocity_limit * 2, PATIENCE)
+        super().__init__("the arms are", build, Step(), made.period, self._limits)
+        self.hands = Hands(np.array(arms.rest), *ends, palms.pad.stiffness)
         self.feel = Feel()
         self.regions = Regions()
         self._law = Law(self.model, gains)
-        self._limits = Limits(self.model)
         self._size = np.array(size)
-        self._half_palm = 0.5 * np.array(self.model.robot.palms.size)
-        self._platform = PlatformMotion()
+        self._half_palm = 0.5 * np.array(palms.size)
         self._seen: ObjectEstimate | None = None
         self._placed = False
-        self._t: float | None = None
         self._held_at: Array | None = None
         self._holding = False
         self._parted = 0.0
         self._lifted = False
 
     # --- what the safe states ask of these arms -------------------------------------------------
-
-    def start(self, program: Program) -> None:
-        """Run a checked program from its initial node; ValueError as any executive."""
-        super().start(program)
-        self._note, self._cause = "", ""
-
-    @property
-    def sees(self) -> bool:
-        """Whether there is a usable estimate of the platform."""
-        return self._t is not None and not self._platform.problem
-
-    def signal(self, name: str) -> None:
-        """Tell the program of an event outside it.
-
-        Raises:
-            ValueError: always; no node type of two arms waits for one.
-        """
-        raise ValueError(f"no node waits for an event {name!r}")
-
-    def _problem(self) -> str:
-        return self._platform.problem
 
     def _halt(self, keep_place: bool) -> None:
         """Hold still, with what is held."""
@@ -108,6 +81,8 @@ class GraspExecutive(NodeRunner):
     def _drop(self, stopped: bool) -> None:
         self._halt(keep_place=True)
         self._node = None
+        if stopped:
+            self._held_at = None  # what was pushed to a limit is not flung back from there
 
     # --- the tick ---------------------------------------------------------------------------
 
@@ -127,18 +102,7 @@ class GraspExecutive(NodeRunner):
         Returns:
             The command, and a status when one is due.
         """
-        dt = self.model.robot.period if self._t is None else state.t - self._t
-        if self._t is None or dt > LONGEST_TICK:
-            dt = self.model.robot.period
-            self._law.reset()
-            if self._t is not None and self._working:
-                self._interrupt("Failed", "the arms' own state was late")
-        self._t = state.t
-        problem = self._platform.follow(dt, state.t, self._trusted(estimate))
-        if problem and self._working:
-            self._interrupt("Failed", problem)
-        elif estimate is not None:
-            self._look_at_age(state.t - estimate.t)
+        dt = self._begin(state, self._trusted(estimate))
         palms = self.model.place(state.q, state.qd)
         self.feel.step(state.wrench, dt)
         scene = self._scene(dt, state, palms)
@@ -160,6 +124,9 @@ class GraspExecutive(NodeRunner):
         if violated is not None:
             self.protective_stop(violated)
         return ArmCommand(t=state.t, tau=tau), self._status(state.t)
+
+    def _anew(self, state: ArmState) -> None:
+        self._law.reset()
 
     def _trusted(self, estimate: Estimate | None) -> Estimate | None:
         """The estimate, uncertain as it may be once it has been good.
@@ -243,12 +210,8 @@ class GraspExecutive(NodeRunner):
 
     # --- what people see --------------------------------------------------------------------
 
-    def _status(self, now: float) -> ArmStatus | None:
-        if not self._status_is_due(now):
-            return None
-        return self._status_of(
-            now,
-            force=float(self.feel.force.min()),
-            force_reference=float(self.hands.force.force.min()),
-            joint_margin=self._limits.joint_margin,
-        )
+    def _more(self, now: float) -> Mapping[str, Any]:
+        return {
+            "force": float(self.feel.force.min()),
+            "force_reference": float(self.hands.force.force.min()),
+        }

@@ -1,7 +1,7 @@
-"""The grasp's graph as a Markov decision process: value iteration, and learning by safe trial.
+"""The grasp's graph as a Markov decision process: what a policy takes, and learning by safe trial.
 
 Minimises the expected time to the goal. Unsafe actions are pruned (Platt et al., section II-A):
-neither the solution nor the learner ever has them to choose from.
+the learner never has them to choose from.
 """
 
 from __future__ import annotations
@@ -61,25 +61,10 @@ def process_of(graph: Graph, least: int = 1) -> Process:
     return Process(leads, seconds, allowed)
 
 
-def times_of(process: Process, rounds: int = 400) -> np.ndarray:
-    """Expected time to the goal of every allowed action, then on by the best [s].
-
-    Value iteration. Returns shape (states, actions), infinite where not allowed.
-    """
-    best = _first()
-    for _ in range(rounds):
-        q = np.where(process.allowed, process.seconds + process.leads @ best, np.inf)
-        new = np.minimum(q.min(axis=1), WORST)
-        new[[STATES.index(GOAL), STATES.index(LOST)]] = 0.0, PENALTY
-        if float(np.abs(new - best).max()) < 1e-9:
-            break
-        best = new
-    return q
-
-
 def times_by(process: Process, policy: Policy, rounds: int = 2000) -> dict[str, float]:
     """Expected time to the goal by a policy, by state [s]; ``WORST`` where it never comes there."""
-    value = _first()
+    value = np.zeros(len(STATES))
+    value[STATES.index(LOST)] = PENALTY
     names = list(ACTIONS)
     for _ in range(rounds):
         new = value.copy()
@@ -175,10 +160,3 @@ def learn(process: Process, episodes: int, seed: int, prune: bool = True) -> Lea
                 break
         out.times.append(took if state == STATES.index(GOAL) else math.nan)
     return out
-
-
-def _first() -> np.ndarray:
-    """Times to begin an iteration with, shape (states,) [s]."""
-    value = np.zeros(len(STATES))
-    value[STATES.index(LOST)] = PENALTY
-    return value

@@ -7,23 +7,19 @@ they were meant to be and a bottle between the fingers stays squeezed.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
 from arm.hand.handling import Handling, Scene
-from arm.hand.model import Placed
+from arm.hand.model import ARM, Placed
 from arm.hand.nodes import Control, Step, build
 from arm.hand.nodes.node import quantities
 from arm.hds import Program
+from arm.joint_limits import PATIENCE, JointLimits
 from arm.node_runner import NodeRunner
-from arm.platform_motion import PlatformMotion
 from deploy.task import BottleTask
 from services.messages import ArmCommand, ArmState, ArmStatus, Estimate, HandCommand, HandState
-
-LONGEST_TICK = 0.05
-"""After a gap in the state longer than this everything starts anew [s]."""
-PATIENCE = 0.1
-"""A joint may be faster than its limit for this long [s]."""
 
 
 class HandExecutive(NodeRunner):
@@ -39,17 +35,15 @@ class HandExecutive(NodeRunner):
     """
 
     def __init__(self, robot: str, task: BottleTask, seed: int = 0) -> None:
-        super().__init__("the arm is", build, Step())
-        self._platform = PlatformMotion()
-        self._t: float | None = None
         self.hand = Handling(robot, task, seed)
         model = self.hand.model
-        self._speed_limit = np.array(model.robot.arm.velocity_limit)
-        self._fast = 0.0
+        arm, ends = model.robot.arm, (model.lower[ARM], model.upper[ARM])
+        # fingers lie at the ends of theirs: open, and on what is thin
+        self._limits = JointLimits(arm.joints, *ends, arm.velocity_limit, PATIENCE)
+        super().__init__("the arm is", build, Step(), model.robot.period, self._limits)
         self._hand_state: HandState | None = None
         self.hand_command = HandCommand(t=0.0, tau=np.zeros(4))
         self._at: Placed | None = None
-        self._joint_margin = 0.0
 
     def see_hand(self, state: HandState) -> None:
         """Take in the hand's newest state; needed before the first step."""
@@ -62,24 +56,13 @@ class HandExecutive(NodeRunner):
         """
         hand = self._hand_state
         assert hand is not None
-        dt = self.hand.model.robot.period if self._t is None else arm.t - self._t
-        first = self._t is None
-        if dt > LONGEST_TICK:
-            dt = self.hand.model.robot.period
-            if self._working:
-                self._interrupt("Failed", "the arm's own state was late")
-        self._t = arm.t
-        problem = self._platform.follow(dt, arm.t, estimate)
-        if problem and self._working:
-            self._interrupt("Failed", problem)
-        elif estimate is not None:
-            self._look_at_age(arm.t - estimate.t)
+        dt = self._begin(arm, estimate)
         self.hand.model.move(self._platform.base)
         q, qd = np.concatenate([arm.q, hand.q]), np.concatenate([arm.qd, hand.qd])
         at = self.hand.model.place(q, qd)
-        self._at = at
-        if first:
+        if self._at is None:
             self.hand.take(at)
+        self._at = at
         scene = Scene(dt, arm.t, at, hand.cells, hand.struck, self._platform.base)
         self.hand.sense(scene, self._node is not None and self._node.feels)
         if self._working:
@@ -87,43 +70,18 @@ class HandExecutive(NodeRunner):
         tau = self._step.torque if self._working else None
         if tau is None:
             tau = self.hand.torque(at)
-        self._watch(dt, q, qd)
+        violated = self._limits.violated(dt, arm.q, arm.qd)
+        if violated is not None:
+            self.protective_stop(violated)
         self.hand_command = HandCommand(t=hand.t, tau=tau[7:])
         return ArmCommand(t=arm.t, tau=tau[:7]), self._status(arm.t)
-
-    def _watch(self, dt: float, q: np.ndarray, qd: np.ndarray) -> None:
-        """Stop what leaves its limits."""
-        model = self.hand.model
-        self._joint_margin = float(np.minimum(q - model.lower, model.upper - q)[:7].min())
-        share = np.abs(qd[:7]) / self._speed_limit
-        self._fast = self._fast + dt if share.max() > 1.0 else 0.0
-        if self._fast > PATIENCE:
-            joint = model.robot.arm.joints[int(share.argmax())]
-            self.protective_stop(f"velocity limit of {joint}")
 
     # --- the program ------------------------------------------------------------------------
 
     def start(self, program: Program) -> None:
         """Run a checked program; what was tried before is forgotten."""
         super().start(program)
-        self._note = self._cause = ""
         self.hand.begin()
-
-    @property
-    def sees(self) -> bool:
-        """Whether there is a usable estimate of the platform."""
-        return self._t is not None and not self._platform.problem
-
-    def signal(self, name: str) -> None:
-        """Tell the program of an event outside it.
-
-        Raises:
-            ValueError: always; no node type of a hand waits for one.
-        """
-        raise ValueError(f"no node waits for an event {name!r}")
-
-    def _problem(self) -> str:
-        return self._platform.problem
 
     def _advance(self, scene: Scene) -> Step:
         node: Control = self._node
@@ -140,6 +98,9 @@ class HandExecutive(NodeRunner):
 
     def _drop(self, stopped: bool) -> None:
         self._halt(keep_place=True)
+        if stopped and self._at is not None:
+            # what was pushed to a limit is not flung back from there; fingers go on squeezing
+            self.hand.reference[ARM] = self._at.q[ARM]
 
     def _halt(self, keep_place: bool) -> None:
         if self._step.torque is not None and self._at is not None:
@@ -148,14 +109,11 @@ class HandExecutive(NodeRunner):
         self._node, self._step = None, Step()
         self.hand.stay()
 
-    def _status(self, now: float) -> ArmStatus | None:
-        if not self._status_is_due(now):
-            return None
-        return self._status_of(
-            now,
-            force=float(np.linalg.norm(self.hand.feel.force, axis=1).min()),
-            force_reference=self.hand.squeeze,
-            joint_margin=self._joint_margin,
-            stand=self._step.stand,
-            residuals=np.zeros(0) if self._step.residuals is None else self._step.residuals,
-        )
+    def _more(self, now: float) -> Mapping[str, Any]:
+        none = self._step.residuals is None
+        return {
+            "force": float(np.linalg.norm(self.hand.feel.force, axis=1).min()),
+            "force_reference": self.hand.squeeze,
+            "stand": self._step.stand,
+            "residuals": np.zeros(0) if none else self._step.residuals,
+        }

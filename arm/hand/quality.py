@@ -1,6 +1,6 @@
-"""How good a set of contacts is as a grasp: force closure, and Ferrari and Canny's epsilon.
+"""How good a set of contacts is as a grasp: Ferrari and Canny's epsilon, 0 without force closure.
 
-Neither follows from the residuals of ``residuals``, so both are reported beside them: three
+It does not follow from the residuals of ``residuals``, so it is reported beside them: three
 contacts with zero residual are force closure with any friction (Ponce), but a cap and two opposed
 sides are force closure at friction 0.5 with |rho| = 1.
 
@@ -20,8 +20,6 @@ from scipy.spatial import ConvexHull, QhullError
 from arm.hand.residuals import R_C, checked
 
 Array = NDArray[np.float64]
-CLOSED = 1e-6
-"""Epsilon above which a grasp is force closure: what rounding does is below it."""
 
 
 def wrenches(
@@ -96,18 +94,6 @@ def epsilon(
     except QhullError:
         return 0.0
     return max(0.0, float(-hull.equations[:, -1].max()))
-
-
-def force_closure(
-    normals: ArrayLike,
-    points: ArrayLike,
-    friction: float,
-    r_c: float = R_C,
-    edges: int = 8,
-    torsion: float = 0.0,
-) -> bool:
-    """Whether any wrench can be resisted, given enough force; arguments as of ``wrenches``."""
-    return epsilon(normals, points, friction, r_c, edges, torsion) > CLOSED
 
 
 def tangents(normals: Array) -> tuple[Array, Array]:

@@ -63,33 +63,6 @@ def contact_from_wrench(f: ArrayLike, m: ArrayLike, radius: float) -> tuple[Arra
     return radius * n, n
 
 
-def normal_deviation(
-    f: ArrayLike, m: ArrayLike, radius: float, force_noise: float, moment_noise: float
-) -> float:
-    """How uncertain the normal is, to first order.
-
-    Args:
-        f: force on the tip, (3,) [N].
-        m: moment about its centre, (3,) [N m].
-        radius: of the tip [m].
-        force_noise: standard deviation of each component of f [N].
-        moment_noise: of each component of m [N m].
-
-    Returns:
-        Root mean square of the angle between the normal found and the true one [rad].
-
-    Raises:
-        ValueError: as ``contact_from_wrench``.
-    """
-    f, m = np.asarray(f, dtype=float), np.asarray(m, dtype=float)
-    steps = np.repeat([1e-6 * np.linalg.norm(f), 1e-6 * radius * np.linalg.norm(f)], 3)
-    wrenches = np.concatenate([f, m]) + np.concatenate([np.diag(steps), -np.diag(steps)])
-    normals = contact_from_wrench(wrenches[:, :3], wrenches[:, 3:], radius)[1]
-    slopes = (normals[:6] - normals[6:]) / (2.0 * steps[:, None])
-    noise = np.repeat([force_noise, moment_noise], 3)
-    return float(np.sqrt(np.sum((slopes * noise[:, None]) ** 2)))
-
-
 @dataclass(frozen=True)
 class Tare:
     """What a load cell reads without a contact: its bias, and the weight of the tip.

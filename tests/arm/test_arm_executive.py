@@ -347,10 +347,11 @@ def test_joint_limit_stops_by_name_and_the_arm_comes_back() -> None:
     rig = at_rest(world_at(0.7, mismatch=EXACT))
     margin = rig.arm.model.joint_margin(rig.sim.physics.q)
     # a range that ends a little beyond where the joints are
-    rig.arm.model.q_upper = np.minimum(rig.arm.model.q_upper, rig.sim.physics.q + 0.08)
+    q_upper = rig.arm.model.q_upper
+    np.minimum(q_upper, rig.sim.physics.q + 0.08, out=q_upper)
     assert margin > 0.05
     rig.arm.start(goto(x=-150.0, z=100.0))
-    stopped(rig, "joint limit")
+    stopped(rig, "joint limit: joint")
     rig.arm.reset()
     rig.run(0.05)
     assert rig.arm.state == "idle", rig.arm.reason

@@ -21,7 +21,8 @@ from arm.grasping.graph import (
     shortest,
     state_of,
 )
-from arm.grasping.learning import WORST, greedy, learn, process_of, times_by, times_of
+from arm.grasping.learning import WORST, greedy, learn, process_of, times_by
+from tests.arm.value_iteration import times_of
 
 IN_FRONT = Facts(True, "approach", 0.6, 0.0, 0.0, 0, False)
 

@@ -8,7 +8,7 @@ from arm.hds import TIME
 from arm.nodes import REGISTRY
 from arm.nodes.quantities import QUANTITIES
 from tests.arm.rig import AHEAD, EXACT, Rig, program, world_at
-from tests.arm.test_arm_executive import at_rest, drawing
+from tests.arm.test_arm_executive import at_rest, drawing, silent
 
 HOLD = """
 INTERFACE = r1;
@@ -73,6 +73,24 @@ def test_an_event_of_the_same_tick_goes_first() -> None:
     assert (rig.status.node, rig.status.event) == ("B", "Timeout")
 
 
+def test_the_reason_of_an_earlier_event_is_not_told_with_a_guard() -> None:
+    """Why the platform did not come is said while the next node runs, and no longer."""
+    text = """
+    INTERFACE = r1; INITIAL = Drive;
+    BEGIN NAME = Drive; TYPE = Drive_to; X = 1 m; Y = 0;
+        TRANSITION[Arrived] = End; TRANSITION[Blocked] = A; END
+    BEGIN NAME = A; TYPE = Hold; Time = 1; TRANSITION[Timeout] = End;
+        TRANSITION[Time > 50 ms] = B; END
+    BEGIN NAME = B; TYPE = Hold; Time = 1; TRANSITION[Timeout] = End; END
+    """
+    rig = at_rest(world_at(AHEAD + 0.1, mismatch=EXACT))
+    rig.arm.start(program(text))
+    rig.until(lambda: rig.status.node == "A", limit=4.0)
+    assert rig.status.reason.startswith("the platform came no nearer")
+    rig.until(lambda: rig.status.node == "B", limit=0.1)
+    assert (rig.status.event, rig.status.reason) == ("Time > 50 ms", "")
+
+
 def test_a_guard_on_the_force_ends_a_stroke() -> None:
     """A stroke at 1.5 N is left by ``Force > 1 N`` though it is not finished."""
     text = """
@@ -102,6 +120,21 @@ def test_abort_goes_to_the_abort_node_and_on_from_there(when: str) -> None:
     rig.run(0.01)
     assert (rig.status.state, rig.status.node, rig.status.event) == ("running", "Away", "Abort")
     rig.until_state("finished")
+    assert rig.status.node == "Rested"
+
+
+def test_an_abort_that_is_interrupted_at_once_goes_on_in_the_abort_node() -> None:
+    """Not in the node that was aborted."""
+    rig = holding("")
+    rig.run(0.05)
+    rig.arm.abort()
+    rig.sense = silent
+    rig.step()
+    rig.sense = lambda estimate: estimate
+    rig.run(0.05)
+    assert rig.arm.state == "safe_hold"
+    rig.arm.resume()
+    rig.until_state("finished", 5.0)
     assert rig.status.node == "Rested"
 
 

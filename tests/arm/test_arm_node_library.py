@@ -226,7 +226,7 @@ def test_an_interrupted_path_is_finished_where_it_was_left(tmp_path: Path) -> No
     )
     rig = Rig(world_at(NEAR, mismatch=EXACT)).run(0.05)
     rig.arm.start(program(text))
-    rig.until(lambda: rig.arm._last.measures.get("Drawn", 0.0) > 0.01)
+    rig.until(lambda: rig.arm._step.measures.get("Drawn", 0.0) > 0.01)
     rig.arm.pause()
     rig.run(0.6)
     assert rig.force[-1] == 0.0

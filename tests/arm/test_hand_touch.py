@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from arm.hand.touch import contact_from_wrench, normal_deviation, tare
+from arm.hand.touch import contact_from_wrench, tare
 
 R = 0.012
 seeds = st.integers(0, 2**32 - 1)
@@ -57,8 +57,8 @@ def test_wrench_is_explained(seed: int) -> None:
 
 
 @pytest.mark.parametrize(("push", "most"), [(0.5, 0.08), (1.5, 0.03), (3.0, 0.014)])
-def test_noise_is_predicted(push: float, most: float) -> None:
-    """0.02 N and 0.2 mN m cost at most 0.03 rad at 1.5 N, and first order says how much."""
+def test_noise_costs_little(push: float, most: float) -> None:
+    """0.02 N and 0.2 mN m cost at most 0.03 rad at 1.5 N."""
     rng = np.random.default_rng(1)
     n = np.array([0.36, 0.48, 0.8])
     f = -push * n
@@ -67,7 +67,6 @@ def test_noise_is_predicted(push: float, most: float) -> None:
     _, found = contact_from_wrench(f + noise[:, :3], m + noise[:, 3:], R)
     spread = float(np.sqrt(np.mean(np.arccos(np.clip(found @ n, -1.0, 1.0)) ** 2)))
     assert spread < most
-    assert normal_deviation(f, m, R, 0.02, 2e-4) == pytest.approx(spread, rel=0.05)
 
 
 def test_tare_finds_bias_and_weight() -> None:

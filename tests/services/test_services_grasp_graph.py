@@ -7,11 +7,12 @@ from pathlib import Path
 import pytest
 
 from arm.grasping.graph import ACTIONS, GOAL, SEQUENCE, Graph, safe_actions, shortest
-from arm.grasping.learning import greedy, learn, process_of, times_of
+from arm.grasping.learning import greedy, learn, process_of
 from services.trials.experiments.grasp_graph import Options, begin, run
 from services.trials.experiments.grasp_policy import LEAST, learned
 from services.trials.grasp_graph_samples import read, write
 from services.trials.grasp_steps import run_steps
+from tests.arm.value_iteration import times_of
 
 
 def test_the_sequence_chosen_from_outside_lifts_the_box_in_its_order() -> None:
