@@ -139,7 +139,15 @@ class ProgramService(Generic[X]):
             if executive.sees:  # without an estimate the start itself is refused
                 self._refuse(program)
             acts["start"] = lambda: executive.start(program)
-        return act_on(acts, verb)
+        act = act_on(acts, verb)
+
+        def asked() -> Reply:
+            reply = act()
+            if reply.accepted and verb in ("start", "stop"):
+                self._waiting = False  # a person has decided what is to run
+            return reply
+
+        return asked
 
     def state(self) -> tuple[str, str]:
         """State and reason of the executive."""

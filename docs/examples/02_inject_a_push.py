@@ -8,10 +8,11 @@ from services.script import Refused
 
 with connect() as robot:
     before = robot.latest("observer/estimate")
+    estimates = robot.messages("observer/estimate")  # all of them from now on
     print("accepted:", robot.disturb("push", force=200, direction=90, duration=0.2))
 
     fastest, acceleration, modes = 0.0, 0.0, set()
-    for estimate in robot.messages("observer/estimate"):
+    for estimate in estimates:
         fastest = max(fastest, abs(estimate.velocity[1] - before.velocity[1]))
         acceleration = max(acceleration, abs(estimate.acceleration[1]))
         modes.add(estimate.mode)

@@ -23,13 +23,13 @@ from typing import Any, NoReturn
 from deploy.host_file import load_hosts
 from services.live.clock import EpochClock, HeardClock
 from services.live.paced import run_paced
-from services.live.runner import ROBOT, run_live
+from services.live.runner import run_live
 from services.live.standby import step_back, step_forward, wait_for_turn
 from services.lockstep import Lockstep
 from services.messages import Message
 from services.requests import Requests
 from services.service import Inbox, Service
-from services.topics import PROCESSES, RECORDER, SERVICES, Topic
+from services.topics import PROCESSES, RECORDER, ROBOT_PROCESS, SERVICES, Topic
 from services.wire.bus import Bus, open_bus
 from services.wire.codec import decode, encode
 from services.wire.endpoints import Endpoints, local, make_run_dir
@@ -120,7 +120,7 @@ def _run(options: argparse.Namespace) -> None:
             if live:
                 _live(options, service, bus, stop, requests)
             else:
-                others = [name for name in _running(options) if name != ROBOT]
+                others = [name for name in _running(options) if name != ROBOT_PROCESS]
                 run_paced(service, bus, stop, requests, options.ticks, others)
         except BaseException:
             _fail()
@@ -190,7 +190,7 @@ def _live(
         log.info("%s: warm-up of %d ticks", service.name, ticks)
     for line in realtime.set_up(options.rt, SERVICES.index(service.name)):
         log.info("%s: %s", service.name, line)
-    is_robot = service.name == ROBOT
+    is_robot = service.name == ROBOT_PROCESS
     epoch = options.epoch if options.epoch is not None else time.monotonic()
     run_live(
         service,

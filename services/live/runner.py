@@ -19,8 +19,6 @@ from services.wire.bus import Bus
 
 CLOCK_TICKS = 5
 """Ticks of the robot between two messages that say its time."""
-ROBOT = ROBOT_PROCESS
-"""Under this name ``process.py`` asks for it."""
 
 
 class Pace(Protocol):
