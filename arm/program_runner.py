@@ -145,6 +145,7 @@ class ProgramRunner:
             ValueError: the arm is in protective stop.
         """
         self.states.require("Stop")
+        self._start_node = False
         self._drop(stopped=False)
         self._automaton = None
         self.states.fire("Stop", "stopped by request")
@@ -163,6 +164,7 @@ class ProgramRunner:
         self._automaton.fire(ABORT)
         self._tell(ABORT)
         if self._automaton.finished:
+            self._start_node = False
             self._drop(stopped=False)
             self.states.fire("Done", "aborted")
             return
@@ -174,6 +176,7 @@ class ProgramRunner:
         """Stop now; only ``reset`` leads out."""
         if self.state == "protective_stop":
             return
+        self._start_node = False
         self._drop(stopped=True)
         self._automaton = None
         self.states.abort(reason)
