@@ -48,6 +48,9 @@ def up(
         Path | None, typer.Option(help="This host's certificates, from steadyhand keys.")
     ] = None,
     hang: Annotated[float, typer.Option(help="No progress for this long is a hang [s].")] = 1.0,
+    no_spares: Annotated[
+        bool, typer.Option("--no-spares", help="Keep no process ready for restarts.")
+    ] = False,
     no_console: Annotated[bool, typer.Option("--no-console", help="Without the page.")] = False,
     port: Annotated[
         int, typer.Option(min=0, max=65535, help="Of the page; 0 for any that is free.")
@@ -110,6 +113,7 @@ def up(
         log=folder / "run.mcap",
         services=here,
         spread=spread,
+        spares=not no_spares,
         console=None if no_console or factory else port,
         start_program=loaded is not None and not paced and loaded.task.autostart and "arm" in here,
     )
