@@ -170,7 +170,10 @@ def estimate_figures(log: RunLog) -> dict[str, float | None]:
     te = np.array([e.t for e in estimates])
     pose = np.array([e.pose for e in estimates])
     inside = (te >= t[0]) & (te <= t[-1])
-    te, pose = te[inside], pose[inside]
+    te, first = np.unique(te[inside], return_index=True)  # robot time may have stood still
+    pose = pose[inside][first]
+    if len(te) < 2:
+        return dict.fromkeys(ESTIMATE_FIGURES)
     true = hermite(te, t, np.array([x.pose for x in truth]), np.array([x.velocity for x in truth]))
     error = pose - true
     steps = np.diff(error[:, :2], axis=0) / (1e3 * np.diff(te))[:, None]
