@@ -23,12 +23,13 @@ LETTERS = "ABCD"
 
 def palms(row: Mapping[str, Any]) -> Figure:
     """Fig 4: both palms as paddles at the start (A), on the line (B), touching (C), flat (D)."""
-    figure, axis = plt.subplots(figsize=(5, 5), layout="constrained")
+    figure, axis = plt.subplots(figsize=(6, 5), layout="constrained")
     _box(axis)
     t = np.array(row["paths"]["t"])[:, 0]
+    grasping = t >= row["moments"][0]
     for name, colour in zip(PALMS, (DRAWN, MEANT), strict=True):
         path = np.array(row["paths"][name])
-        axis.plot(-path[:, 1], path[:, 0], color=colour, lw=0.8, alpha=0.6)
+        axis.plot(-path[grasping, 1], path[grasping, 0], color=colour, lw=0.8, alpha=0.6)
         for letter, moment in zip(LETTERS, row["moments"], strict=True):
             x, y, dx, dy = path[int(np.argmin(np.abs(t - moment)))]
             a = np.array([[-(y - PALM * dy), x - PALM * dx], [-(y + PALM * dy), x + PALM * dx]])
@@ -37,7 +38,7 @@ def palms(row: Mapping[str, Any]) -> Figure:
             at = {"B": (*a.mean(axis=0), outside, -3), "C": (*a[0], -3, -12)}
             *end, right, up = at.get(letter, (*a[1], -3, 4))
             axis.annotate(letter, end, textcoords="offset points", xytext=(right, up))
-    _square(axis, "palms while they grasp")
+    _square(axis, "palms: A start, B on the line, C touching, D flat")
     return figure
 
 
@@ -69,10 +70,9 @@ def variances(stages: Mapping[str, np.ndarray]) -> Figure:
         axis.bar(where + 0.2, stated, 0.4, color=ERROR, alpha=0.5, label="stated")
         axis.set_yscale("log")
         ends = np.log10([min(measured + stated), max(measured + stated)])
-        axis.set_ylim(
-            10.0 ** np.floor(ends[0]), 10.0 ** np.ceil(ends[1])
-        )  # bars from a whole decade
-        axis.set_xticks(where, list(stages))
+        # bars from a whole decade, so far down that the smallest is seen
+        axis.set_ylim(10.0 ** np.floor(ends[0] - 0.3), 10.0 ** np.ceil(ends[1]))
+        axis.set_xticks(where, list(stages), fontsize="small")
         axis.set_title(f"variance, {label}")
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
     return figure

@@ -21,6 +21,7 @@ import zenoh
 from services.topics import CONSOLE, PROCESSES
 from services.wire.access import access_control
 
+_BATCHES = 16  # that may wait to be sent to one reader, at each priority; more is not allowed
 LEASE = 1000  # [ms]; a stopped process is noticed after this, a killed one at once
 _LONGEST_SOCKET = 100  # [bytes]; the kernel allows 107, zenoh appends ".lock" to the name
 LARGEST = 1 << 16  # [bytes]; our messages are below 2 kB, and longer ones never reach Python
@@ -183,6 +184,10 @@ def config(endpoints: Endpoints) -> zenoh.Config:
         "scouting/gossip/enabled": False,
         "transport/shared_memory/enabled": False,
         "transport/link/tx/lease": LEASE,
+        # a control message leaves in a batch of its own: of two, the usual number, a sender runs
+        # out when its sending thread is not served for 2 ms, and then waits itself
+        "transport/link/tx/queue/size/real_time": _BATCHES,
+        "transport/link/tx/queue/size/data": _BATCHES,
         "transport/link/rx/max_message_size": _LARGEST_FRAGMENTED,
         "transport/unicast/max_sessions": _SESSIONS,
         "low_pass_filter": [everything],
