@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
@@ -13,6 +14,12 @@ Array = NDArray[np.float64]
 
 JOINT_MARGIN = 0.02
 """Distance to the end of a joint's range that must be left [rad]."""
+CLEAR = 0.06
+"""What controllers keep clear of the end of a joint's range [rad], ..."""
+BRAKING = 4.0
+"""... braking for it like this [rad/s^2], ..."""
+NEARING = 10.0
+"""... and at last coming near it at this rate [1/s]."""
 EXCUSED = 0.005
 """How much further a limit already left may be left on the way back [rad, m]."""
 AVERAGED = 0.01
@@ -33,6 +40,22 @@ class Watched(Protocol):
     def excuse(self) -> None:
         """What is still beyond its limit may come back."""
         ...
+
+
+@dataclass(frozen=True)
+class Ends:
+    """What the ends of the joints' ranges ask of a controller.
+
+    Attributes:
+        lowest, highest: rates from which each joint can come to rest before its range ends,
+            shape (n,) [rad/s]; beyond what is kept clear they lead back.
+        push: share of each joint's torque that pushes back as an end stop would, shape (n,), from
+            -1 to 1: 0 before what is kept clear, all of it at the very end.
+    """
+
+    lowest: Array
+    highest: Array
+    push: Array
 
 
 class JointLimits:
@@ -68,6 +91,12 @@ class JointLimits:
         """After a reset: a joint that is still too near its end may be brought back."""
         self._floor = -math.inf
 
+    def ends(self, q: Array) -> Ends:
+        """What the ends of the joints' ranges ask for at ``q``, shape (n,) [rad]."""
+        down, up = q - self._lower - CLEAR, self._upper - CLEAR - q
+        push = np.clip(-down / CLEAR, 0.0, 1.0) - np.clip(-up / CLEAR, 0.0, 1.0)
+        return Ends(-_stoppable(down), _stoppable(up), push)
+
     def violated(self, dt: float, q: Array, qd: Array) -> str | None:
         """Name and figures of a limit that is left, or None.
 
@@ -89,3 +118,9 @@ class JointLimits:
             return f"joint limit: {name} has {margin:.3f} rad left of {JOINT_MARGIN} rad"
         self._floor = min(max(self._floor, margin - EXCUSED), JOINT_MARGIN)
         return None
+
+
+def _stoppable(left: Array) -> Array:
+    """Fastest rates that still come to rest in what is left [rad]; negative beyond it [rad/s]."""
+    near = NEARING * left
+    return np.where(left > 0.0, np.minimum(near, np.sqrt(2.0 * BRAKING * np.abs(left))), near)

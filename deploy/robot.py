@@ -97,6 +97,8 @@ class Pad(Strict):
     """[N/m]"""
     damping: Positive
     """[N s/m]"""
+    plateau: Positive
+    """At this force its cells buckle: until its stroke is used up it resists no harder [N]."""
     stroke: Positive
     """By which the face can give way before the pad is as hard as what it is glued to [m]."""
     mass: Positive

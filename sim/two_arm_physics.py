@@ -199,7 +199,8 @@ class TwoArmPhysics(RobotWorld):
         free = -pad.stiffness * (x + v * dt) - pad.damping * v
         free /= 1.0 + (pad.damping * dt + pad.stiffness * dt * dt) / pad.mass
         touched = [any(self._contact[name]) for name in PALMS]
-        return np.where(touched, -pad.stiffness * x - pad.damping * v, free)
+        pressed = np.minimum(pad.stiffness * x + pad.damping * v, pad.plateau)
+        return np.where(touched, -pressed, free)
 
     def _body_of(self, frame: Any) -> str:
         return self._by_node.get(id(frame), "")

@@ -119,7 +119,8 @@ class GraspExecutive(NodeRunner):
             wanted, extra = self.hands.execute(move, scene, state.qd)
         free = not any(self.feel.touches)
         hard = float(np.abs(self.feel.pushed).max()) > self.hands.yields.limit
-        tau = self._law.torque(dt, wanted, state.qd, extra, free, hard)
+        ends = self._limits.ends(state.q)
+        tau = self._law.torque(dt, wanted, state.qd, extra, free, ends, hard)
         violated = self._limits.violated(dt, state.q, state.qd)
         if violated is not None:
             self.protective_stop(violated)

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arm.grasping.model import JOINTS, TwoArmModel
+from arm.joint_limits import Ends
 
 Array = NDArray[np.float64]
 
@@ -61,7 +62,14 @@ class Law:
         self._learned = np.zeros(JOINTS)
 
     def torque(
-        self, dt: float, wanted: Array, qd: Array, extra: Array, free: bool, hard: bool = False
+        self,
+        dt: float,
+        wanted: Array,
+        qd: Array,
+        extra: Array,
+        free: bool,
+        ends: Ends,
+        hard: bool = False,
     ) -> Array:
         """Torques for this tick, within the limits, shape (14,) [N m].
 
@@ -73,6 +81,7 @@ class Law:
             qd: measured joint rates, shape (14,) [rad/s].
             extra: of forces on the world, J^T f, shape (14,) [N m].
             free: the palms touch nothing.
+            ends: of the joints' ranges.
             hard: a palm is pressed harder than it should be: give way at once.
         """
         g = self.gains
@@ -81,7 +90,10 @@ class Law:
         most = float(np.max(np.abs(change)))
         limit = g.yielding if hard else g.acceleration
         step = change * min(1.0, limit * dt / max(most, 1e-12))
-        self.reference = self.reference + step
+        before = self.reference
+        # not slowed down with the others: a joint brakes for the end of its range by itself
+        self.reference = np.minimum(np.maximum(before + step, ends.lowest), ends.highest)
+        step = self.reference - before
         M, h = self._model.dynamics()
         error = self.reference - qd
         if free:
@@ -90,5 +102,5 @@ class Law:
         tau = M @ (g.velocity * error + step / max(dt, 1e-6)) + h + extra + self._learned
         width = g.friction_width if free else g.friction_width_touching
         tau += g.friction * self._coulomb * np.tanh(self.reference / width)
-        tau += self._viscous * self.reference
+        tau += self._viscous * self.reference + ends.push * self._limit
         return np.clip(tau, -self._limit, self._limit)
