@@ -90,10 +90,11 @@ class Law:
         most = float(np.max(np.abs(change)))
         limit = g.yielding if hard else g.acceleration
         step = change * min(1.0, limit * dt / max(most, 1e-12))
-        before = self.reference
+        before, self.reference = self.reference, self.reference + step
         # not slowed down with the others: a joint brakes for the end of its range by itself
-        self.reference = np.minimum(np.maximum(before + step, ends.lowest), ends.highest)
-        step = self.reference - before
+        kept = np.minimum(np.maximum(self.reference, ends.lowest), ends.highest)
+        if (kept != self.reference).any():
+            self.reference, step = kept, kept - before
         M, h = self._model.dynamics()
         error = self.reference - qd
         if free:
