@@ -11,12 +11,36 @@ import pytest
 from arm.grasping.nodes import REGISTRY as GRASP
 from arm.hand.nodes import REGISTRY as HAND
 from arm.hds import Registry, check_text
-from arm.joint_limits import JOINT_MARGIN, JointLimits
+from arm.joint_limits import CLEAR, JOINT_MARGIN, JointLimits
 from services.components import build_service
 from services.lockstep import TICK, Lockstep
 from services.messages import ArmState, ArmStatus
 from services.topics import ARM_STATE, ARM_STATUS
 from sim.scenario import load_scenario
+
+
+def test_a_joint_that_keeps_to_its_rates_comes_to_rest_in_its_range() -> None:
+    """However fast it is asked to go, either way; and nothing is asked of one in the middle."""
+    limits = JointLimits(("a", "b"), np.array([-1.0, -1.0]), np.array([1.0, 1.0]), (9.0, 9.0))
+    q = np.array([0.0, 0.0])
+    fastest, wanted = 0.0, np.array([5.0, -5.0])
+    for _ in range(2000):
+        ends = limits.ends(q)
+        rates = np.minimum(np.maximum(wanted, ends.lowest), ends.highest)
+        fastest = max(fastest, float(rates[0]))
+        q = q + 0.004 * rates
+    np.testing.assert_allclose(q, [1.0 - CLEAR, CLEAR - 1.0], atol=1e-3)
+    assert fastest > 2.0
+    assert not limits.ends(np.zeros(2)).push.any()
+
+
+def test_what_is_pushed_beyond_is_pushed_back_as_by_an_end_stop() -> None:
+    """The more, the nearer it is to the very end; rates lead back as well."""
+    limits = JointLimits(("a",), np.array([-1.0]), np.array([1.0]), (9.0,))
+    half, end, beyond = (limits.ends(np.array([q])) for q in (1.0 - CLEAR / 2, 1.0, 1.2))
+    np.testing.assert_allclose([half.push[0], end.push[0], beyond.push[0]], [-0.5, -1.0, -1.0])
+    assert half.highest[0] < 0.0
+    assert limits.ends(np.array([-1.0])).push[0] == 1.0
 
 
 class Robot:
@@ -74,18 +98,18 @@ class Robot:
 
 
 def test_two_arms_pushed_to_a_joint_s_end_stop_by_its_name_and_come_back() -> None:
-    """Where the push left them they stay, also after a reset, until a program takes them away."""
+    """Off the very end, but no farther, also after a reset, until a program takes them away."""
     robot = Robot("reach_to_grasp")
     robot.until(lambda: bool(robot.arm.sees), 1.0)
     robot.push("left_link4", -90.0, 320.0)
     robot.until(lambda: bool(robot.arm.state == "protective_stop"), 0.6)
     robot.run(1.0)  # the push is over
     assert robot.status.reason.startswith("joint limit: left_joint2 has ")
-    assert robot.status.joint_margin < JOINT_MARGIN
+    assert JOINT_MARGIN < robot.status.joint_margin < CLEAR + JOINT_MARGIN
     robot.arm.reset()
     robot.run(0.2)
     assert robot.arm.state == "idle", robot.arm.reason
-    assert robot.status.joint_margin < JOINT_MARGIN
+    assert JOINT_MARGIN < robot.status.joint_margin < CLEAR + JOINT_MARGIN
     robot.start("Grasp_rest", GRASP)
     robot.until(lambda: bool(robot.arm.state == "finished"), 8.0)
     robot.run(0.03)

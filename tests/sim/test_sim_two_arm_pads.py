@@ -55,6 +55,26 @@ def test_a_box_thrown_at_a_palm_is_stopped_over_the_pads_way() -> None:
     assert 40.0 < hardest < 100.0
 
 
+def test_a_pad_resists_no_harder_than_its_cells_buckle() -> None:
+    """Twice the energy of the box above goes into more of the stroke, not into more force."""
+    hardest, deepest = [], []
+    for speed in (1.6, 2.4):
+        box, table = Box(x=0.34), Table(x=0.55)
+        world = World(box=box, table=table, mismatch=Mismatch(inertia=0.0, payload=0.0))
+        physics = TwoArmPhysics(ROBOT, world, (0.0, 0.0, 0.0), np.random.default_rng(0))
+        physics._box.getParentJoint().setVelocities([0.0, 0.0, 0.0, 0.0, speed, 0.0])
+        physics.set_brakes(100.0)
+        force = way = 0.0
+        for _ in range(60):
+            physics.step(np.zeros(14), np.zeros(3), Effects())
+            force = max(force, math.hypot(*physics.hardest_forces()["left_palm"]))
+            way = max(way, float(physics._skeleton.getPositions()[PADS][0]))
+        hardest.append(force)
+        deepest.append(way)
+    assert max(hardest) < 1.1 * PAD.plateau  # the face is not without mass
+    assert PAD.plateau / PAD.stiffness < deepest[1] < PAD.stroke
+
+
 def test_the_hardest_force_since_it_was_last_asked_is_told() -> None:
     """An impact between two questions is not missed."""
     box, table = Box(x=0.34), Table(x=0.55)
