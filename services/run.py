@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import json
+import math
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -177,8 +178,18 @@ def write_report(
         pictures: whether to draw any.
         scenario: that was run, for the picture of the floor.
     """
-    (folder / "result.json").write_text(json.dumps(result, indent=2) + "\n")
+    plain = json.dumps(_known(result), indent=2, allow_nan=False)
+    (folder / "result.json").write_text(plain + "\n")
     if pictures:
         from services.reports.report import write_pictures  # slow to import, and not always wanted
 
         write_pictures(log, folder, title, scenario)
+
+
+def _known(value: Any) -> Any:
+    """The same with None for what is not a number, which JSON has no word for."""
+    if isinstance(value, dict):
+        return {name: _known(one) for name, one in value.items()}
+    if isinstance(value, list | tuple):
+        return [_known(one) for one in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -21,6 +21,8 @@ console = Console()
 errors = Console(stderr=True, soft_wrap=True)
 """Keeps its lines whole: whoever pipes or greps them wants them so."""
 
+OBSERVERS = "ekf, imm, undelayed, taylor, hold, or truth."
+"""Help of an option that names an observer; ``observer.KINDS``, which is slow to import."""
 Robot = Annotated[str, typer.Option(help="Name of the robot on the network.")]
 RunDir = Annotated[
     Path | None, typer.Option(help="Where its sockets and logs are; by default one per robot.")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from typing import Annotated
 
 import typer
 from rich.markup import escape
@@ -18,8 +19,20 @@ app = typer.Typer(
 )
 
 
+def _tell_version(wanted: bool) -> None:
+    if wanted:
+        from importlib.metadata import version
+
+        typer.echo(f"steadyhand {version('steadyhand')}")
+        raise typer.Exit
+
+
 @app.callback()
-def steadyhand() -> None:
+def steadyhand(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_tell_version, is_eager=True, help="Say it.")
+    ] = False,
+) -> None:
     """Robot software for hands that stay steady on moving bases."""
 
 

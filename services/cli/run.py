@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json as jsonlib
+from contextlib import suppress
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -10,7 +11,7 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from services.cli.common import Json, console, fail
+from services.cli.common import OBSERVERS, Json, console, fail
 from services.cli.progress import busy, progress
 from services.reports.labels import (
     BOTTLE_LABELS,
@@ -24,7 +25,7 @@ from services.reports.labels import (
 def run(
     scenario: Annotated[str, typer.Argument(help="Name or file of a scenario.")],
     seed: Annotated[int, typer.Option(min=0, help="Of everything random.")] = 0,
-    observer: Annotated[str, typer.Option(help="ekf, taylor, hold, or truth.")] = "ekf",
+    observer: Annotated[str, typer.Option(help=OBSERVERS)] = "ekf",
     duration: Annotated[
         float | None, typer.Option("--for", help="Instead of the scenario's limit [s].")
     ] = None,
@@ -35,11 +36,14 @@ def run(
     """Run a scenario in lockstep; print figures, write log and pictures under runs/."""
     from arm.hds import ProgramError
     from deploy.tomlfile import BadFile
+    from observer.observer import KINDS
     from services.run import run_lockstep, write, write_report
     from sim.scenario import load_scenario
 
     if duration is not None and duration <= 0:
         fail(f"--for needs a positive number of seconds, not {duration:g}", 2)
+    if observer not in KINDS:
+        fail(f"no observer {observer!r}. Known: {', '.join(KINDS)}", 2)
     try:
         loaded = load_scenario(scenario)
         folder = out or Path("runs") / f"{loaded.name}-{observer}-{seed}"
@@ -53,6 +57,10 @@ def run(
         fail(str(error), 2)
     except OSError as error:
         fail(f"cannot write to {error.filename}: {error.strerror}", 2)
+    except KeyboardInterrupt:
+        with suppress(OSError):
+            folder.rmdir()  # unless there was something in it before
+        fail("stopped before the end; nothing is written", 130)
     title = f"{loaded.name}, observer {observer}, seed {seed}"
     with busy("drawing the pictures", quiet=json or not pictures):
         write_report(done.log, done.result, folder, title, pictures, loaded)

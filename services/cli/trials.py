@@ -51,7 +51,7 @@ def trials(
     ] = None,
     json: Json = False,
 ) -> None:
-    """Try an experiment many times, on all cores or on a Dask cluster, and judge it.
+    """Try an experiment many times, on cores of this machine or on a Dask cluster, and judge it.
 
     The rows depend on experiment, seeds and options only. Exit code 1 if a trial could not be run.
     """

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.markup import escape
 
-from services.cli.common import Json, Robot, RunDir, console, errors, fail, show_json
+from services.cli.common import OBSERVERS, Json, Robot, RunDir, console, errors, fail, show_json
 
 if TYPE_CHECKING:
     from services.live.supervisor import Event, Plan
@@ -21,13 +21,13 @@ COLOURS = {"ready": "green", "restarted": "green", "died": "red", "hung": "red"}
 
 def up(
     scenario: Annotated[
-        str, typer.Argument(help="Name or file of a scenario; whiteboard, or the hosts file's.")
+        str, typer.Argument(help="Name or file; by default whiteboard, or the hosts file's.")
     ] = "",
     paced: Annotated[
         bool, typer.Option("--paced", help="Wait for every answer: exact on any machine.")
     ] = False,
     duration: Annotated[float | None, typer.Option("--for", help="End after this [s].")] = None,
-    observer: Annotated[str, typer.Option(help="ekf, taylor, hold, or truth.")] = "ekf",
+    observer: Annotated[str, typer.Option(help=OBSERVERS)] = "ekf",
     seed: Annotated[int, typer.Option(min=0, help="Of everything random.")] = 0,
     rt: Annotated[str, typer.Option(help="Real-time priority and cores: auto, on, off.")] = "auto",
     robot: Robot = "r1",
@@ -169,6 +169,9 @@ def report_of(plan: Plan, folder: Path, events: list[Event], quiet: bool) -> dic
             result = write_live_report(plan, folder, events[-1].at)
     except BadLog as error:
         errors.print(f"no report: {escape(str(error))}")
+        return None
+    except KeyboardInterrupt:
+        errors.print(f"no report; later: steadyhand report {escape(str(folder))}")
         return None
     if not quiet:
         show(result)

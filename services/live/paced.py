@@ -51,6 +51,7 @@ class _Paced:
         self.now = 0.0
         self._heard: dict[str, deque[tuple[int, Message]]] = {}
         self._newest: dict[str, int] = {}
+        self._refused: dict[str, int] = {}
         for topic in service.inputs:
             bus.hear(topic)
             bus.wake_on(topic)
@@ -89,6 +90,7 @@ class _Paced:
                 for seq, message in self.bus.take(topic):
                     self._heard[topic.name].append((seq, message))
                     self._newest[topic.name] = seq
+                self._skip_refused(topic.name)
             return not lacking()
 
         if not self.until(
@@ -108,6 +110,14 @@ class _Paced:
         self.statistics.tick(time.monotonic(), 0.0)
         self.heart.beat(self.now, self.inbox)
         return True
+
+    def _skip_refused(self, name: str) -> None:
+        """What came and was refused will not come again: whoever waits for it goes on without."""
+        refused = sum(n for what, n in self.bus.refused.items() if what.startswith(f"{name}: "))
+        more = refused - self._refused.get(name, 0)
+        if more:
+            self._refused[name] = refused
+            self._newest[name] = self._newest.get(name, -1) + more  # numbers leave none out
 
 
 class _Leader(_Paced):

@@ -117,6 +117,7 @@ def backoff(failures: int) -> float:
 
 
 HEALTHY = 10.0  # [s] without failure forgives the earlier ones
+CONSOLE_START = 6.0  # [s] for the page to come up before the program is started without it
 CALM = 5.0  # [s] after the last start, spares are got ready
 SILENT_START = 3.0  # [s] in which a program may be refused before anybody is told
 STARTS = 3  # failures in a row before a service that never was ready is given up
@@ -180,6 +181,7 @@ class Supervisor:
                     await self._bring_up(name)
                 if self.plan.console is not None:
                     await self._start(CONSOLE, restarted=False)
+                    await self._let_console_in()
                 if self.plan.start_program and not self._stop.is_set():
                     await self._start_program()
                 notify("READY=1")
@@ -200,6 +202,14 @@ class Supervisor:
             await self._watch()
             if watched.failures >= STARTS:
                 raise StartFailed(self._why(name))
+
+    async def _let_console_in(self) -> None:
+        """Nothing needs the page, but its coming up takes a core: nothing moves meanwhile."""
+        console, deadline = self._watched[CONSOLE], time.monotonic() + CONSOLE_START
+        while console.states.state == "starting" and time.monotonic() < deadline:
+            if self._stop.is_set():
+                break
+            await self._watch()
 
     async def _start_program(self) -> None:
         """Ask the arm; try again while what it needs is on its way."""
@@ -352,7 +362,8 @@ class Supervisor:
             self._success &= finished
             lost_at_start = not finished and not watched.ready
             watched.states.fire("Ended")
-            self._tell(name, "ended" if finished else "died", _meaning(code))
+            why = "" if finished else f": {self._last_words(name)}"
+            self._tell(name, "ended" if finished else "died", _meaning(code) + why)
             if lost_at_start:
                 raise StartFailed(self._why(name))
             if not finished or not any(

@@ -181,10 +181,9 @@ def _velocity(velocity: Any) -> str:
 
 
 def _arm(a: Any) -> list[tuple[str, str]]:
-    stopped = a.state in ("safe_hold", "protective_stop")
     goal = f"{_vector(a.goal)} (number {a.goal_number})" if a.goal_number else "none"
     return [
-        ("state", f"NO: {a.state}" if stopped else a.state),
+        ("state", a.state),
         ("reason", a.reason),
         ("program, node", f"{a.program} {a.node}".strip() or "none"),
         ("newest event, changes of node", f"{a.event or 'none'}, {a.transitions}"),

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import threading
 from pathlib import Path
+from typing import Any
 
 import pytest
 from service_toys import TOYS
 
 from services.live.paced import PacedError, run_paced
 from services.lockstep import Lockstep
-from services.messages import Message
-from services.topics import HEALTH, SERVICES, TOPICS, Topic
+from services.messages import ArmState, Message
+from services.service import Inbox, Outbox
+from services.topics import ARM_STATE, HEALTH, SERVICES, TOPICS, Topic
 from services.wire.bus import Bus, open_bus
 from services.wire.codec import encode
 from services.wire.endpoints import local
@@ -68,6 +70,25 @@ def test_paced_is_lockstep_bit_for_bit(seed: int, tmp_path: Path) -> None:
     states, sent = _paced(seed, tmp_path)
     assert states == expected
     assert sent == messages
+
+
+def test_a_refused_message_does_not_end_the_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What is out of range is refused, and the run goes on without it; it will not come again."""
+    step = TOYS["sim"].step
+
+    def wild(self: Any, now: float, inbox: Inbox) -> Outbox:
+        out = step(self, now, inbox)
+        state = out[0][1]
+        if 100 < self.steps < 104 and isinstance(state, ArmState):
+            state.qd[:] = 1e6
+        return out
+
+    monkeypatch.setattr(TOYS["sim"], "step", wild)
+    _, sent = _paced(1, tmp_path)
+    states = [name for name, _ in sent if name == ARM_STATE.name]  # type: ignore[misc]
+    assert len(states) == TICKS
 
 
 def test_missing_service_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
