@@ -21,6 +21,8 @@ from services.messages import Array
 
 SPANS = (1.0, 10.0)
 """Durations over which relative errors are taken [s]."""
+STANDS = 0.01
+"""What moves by less than this, rms, stands [m]."""
 
 
 @dataclass(frozen=True)
@@ -48,6 +50,8 @@ class Alignment:
 def align(points: Array, reference: Array) -> Alignment:
     """The rigid motion that brings points nearest to others, in the mean square.
 
+    Of what hardly moved no direction can be told: it is shifted and not turned.
+
     Args:
         points: (n, 2) [m].
         reference: (n, 2) [m], row by row.
@@ -59,7 +63,8 @@ def align(points: Array, reference: Array) -> Alignment:
         raise ValueError(f"{len(points)} common points; an alignment takes at least 2")
     a, b = points - points.mean(axis=0), reference - reference.mean(axis=0)
     cross = float((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum())
-    angle = math.atan2(cross, float((a * b).sum()))
+    moved = min(float(np.sqrt((x * x).sum(axis=1).mean())) for x in (a, b)) > STANDS
+    angle = math.atan2(cross, float((a * b).sum())) if moved else 0.0
     turned = Alignment(angle, np.zeros(2)).apply(points.mean(axis=0, keepdims=True))[0]
     return Alignment(angle, reference.mean(axis=0) - turned)
 

@@ -146,7 +146,9 @@ def _live(
 def _bare(*args: str) -> dict[str, float]:
     """What a bare process found."""
     command = [sys.executable, "-m", "services.bench.bare", *args]
-    said = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True)
+    said = subprocess.run(command, capture_output=True, text=True, check=False)
+    if said.returncode:
+        raise Silent(f"{' '.join(args[:1])} failed: {said.stderr.strip().splitlines()[-1]}")
     found: dict[str, float] = json.loads(said.stdout)
     return found
 

@@ -6,12 +6,14 @@ No browser draws here: a WebSocket is opened as viser's page does, and what arri
 from __future__ import annotations
 
 import re
+import struct
 import time
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import viser
+import zstandard
 from websockets.sync.client import connect
 
 from services.bench.live_robot import robot, to_work
@@ -75,11 +77,11 @@ def measure(run_dir: Path, scenario: str, seconds: float) -> Found:
                     frame = window.recv(timeout=1.0)
                 except TimeoutError:
                     continue
-                frame = frame if isinstance(frame, bytes) else frame.encode()
                 size += len(frame)
-                if first is None and any(word in frame for word in _DRAWN):
+                words = _words(frame) if isinstance(frame, bytes) else b""
+                if first is None and any(word in words for word in _DRAWN):
                     first = now - began
-                if any(word in frame for word in _MOVED):
+                if any(word in words for word in _MOVED):
                     moved.append(now)
     if first is None or len(moved) < 2:
         raise TimeoutError(f"the page stayed empty for {seconds:g} s")
@@ -90,3 +92,9 @@ def measure(run_dir: Path, scenario: str, seconds: float) -> Found:
         longest=float(np.diff(moved).max()),
         bytes_per_s=size / seconds,
     )
+
+
+def _words(frame: bytes) -> bytes:
+    """The messages of a frame, as viser packs them: two lengths, then they compressed."""
+    _, packed = struct.unpack_from("<QQ", frame)
+    return zstandard.ZstdDecompressor().decompress(frame[16 : 16 + packed])

@@ -63,6 +63,14 @@ def test_alignment_finds_the_frame_of_the_reference() -> None:
     assert all(r.position < 1e-12 and r.heading < 1e-12 for r in found.relative)
 
 
+def test_a_platform_that_stands_is_not_turned() -> None:
+    """Noise of millimetres says nothing of where its frame points."""
+    rng = np.random.default_rng(2)
+    a, b = 1e-3 * rng.standard_normal((2, 50, 2))
+    assert align(a, b + 3.0).angle == 0.0
+    assert align(100.0 * a, b + 3.0).angle == 0.0
+
+
 def test_no_other_alignment_is_nearer() -> None:
     """The mean square distance grows with any further turn or shift."""
     rng = np.random.default_rng(1)
