@@ -21,7 +21,7 @@ from services.wire.endpoints import Endpoints, config
 
 PERIOD = 0.001
 """Of the loop, and between messages [s]."""
-START = 30.0
+START = 10.0
 """For the other to answer [s]."""
 PING, PONG = "bare/ping", "bare/pong"
 SIZE = 400
@@ -49,7 +49,7 @@ def loop(seconds: float, rt: realtime.Mode) -> dict[str, float]:
 def ping(folder: Path, rt: realtime.Mode, seconds: float) -> dict[str, float]:
     """From a message sent each millisecond until it is heard back [s]: p50, p99, max."""
     realtime.favour(rt)
-    endpoints = Endpoints((), (socket(folder, "pong"),))
+    endpoints = Endpoints((socket(folder, "ping"),), (socket(folder, "pong"),))
     answers = Answers()
     with zenoh.open(config(endpoints)) as session:
         # keep what is heard for the loop's own thread, as a service does
@@ -81,7 +81,7 @@ def ping(folder: Path, rt: realtime.Mode, seconds: float) -> dict[str, float]:
 def pong(folder: Path, rt: realtime.Mode) -> None:
     """Say back what is heard, from the loop's own thread as the arm does, for ever."""
     realtime.favour(rt)
-    endpoints = Endpoints((socket(folder, "pong"),), ())
+    endpoints = Endpoints((socket(folder, "pong"),), (socket(folder, "ping"),))
     newest: list[bytes] = [b""]
     arrived = threading.Event()
 

@@ -30,6 +30,8 @@ from services.topics import ARM_STATUS, HEALTH
 ROBOT = "r1"
 SETTLE = 3.0
 """After the robot began to draw, before anything is measured [s]."""
+TRIES = 4
+"""Of the bare round trip: its two processes do not always find each other at once."""
 LATE, MISSED, AGE = 1e-3, 1e-4, 2.0
 """Goals: share of ticks later than 1 ms, share left out, age over the bare round trip (99 %)."""
 
@@ -157,7 +159,13 @@ def _bare_round_trip(folder: Path, *args: str) -> dict[str, float]:
     there = ("--folder", str(folder), *args)
     pong = subprocess.Popen([sys.executable, "-m", "services.bench.bare", "pong", *there])
     try:
-        return _bare("ping", *there)
+        for left in range(TRIES - 1, -1, -1):
+            try:
+                return _bare("ping", *there)
+            except Silent:
+                if not left:
+                    raise
+        raise AssertionError
     finally:
         pong.kill()
         pong.wait()

@@ -56,19 +56,8 @@ def bench(*words: str) -> Any:
         [sys.executable, "-m", "services.cli", "bench", *words, "--json"],
         capture_output=True, text=True, check=False, timeout=300,
     )  # fmt: skip
-    assert done.returncode in (0, 1), done.stderr  # a goal may be missed on a busy machine
+    assert done.returncode in (0, 1) and done.stdout, done.stderr  # a goal may be missed
     return json.loads(done.stdout)
-
-
-@pytest.mark.processes
-def test_the_loop_is_measured_beside_the_bare_machine() -> None:
-    """Every figure is there and makes sense."""
-    (block,) = bench("loop", "--seconds", "3", "--rt", "auto", "--load", "quiet")["blocks"]
-    assert 0.0 < block["round_trip"]["p50"] <= block["round_trip"]["p99"]
-    assert 0.0 < block["age"]["p50"] <= block["age"]["p99"] <= block["age"]["max"]
-    assert 0.0 <= block["timer"]["p50"] <= block["timer"]["p99"]
-    assert 0.0 <= block["late"] <= 1.0
-    assert block["age_ratio"] == block["age"]["p99"] / block["round_trip"]["p99"]
 
 
 @pytest.mark.processes
