@@ -230,7 +230,7 @@ def test_the_arm_and_the_platform_are_shown_in_words_and_units() -> None:
         force=1.49, force_reference=1.5, reach_margin=0.123, joint_margin=0.5,
     )  # fmt: skip
     text = _shown({"arm/status": status})
-    for words in ("NO: safe_hold", "a.hds Line1", "+1.490, 1.500", "123", "28.6"):
+    for words in ("safe_hold", "a.hds Line1", "+1.490, 1.500", "123", "28.6"):
         assert words in text, words
     votes = {"drive_to": [0.1, 0.0, 0.5, 1.0], "avoid": [0.0, 0.0, 0.0, 0.0]}
     text = _shown({"base/status": BaseStatus(1.0, "driving", "", votes)})
