@@ -68,10 +68,6 @@ class Spares:
         for service in [n for n in self._pipes if spare_of(n) == name]:
             os.close(self._pipes.pop(service)[1])
 
-    def ready(self) -> int:
-        """How many wait."""
-        return sum(ready_mark(pipe).exists() for pipe, _ in self._pipes.values())
-
 
 def spare_of(name: str) -> str:
     """Name of a service's spare."""
