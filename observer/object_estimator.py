@@ -208,20 +208,27 @@ class ObjectEstimator:
 
     def _feel(self, touch: Touch) -> None:
         """Palms on the box: where its faces are along their normals, and which way they look."""
-        n = self._R[:, 1]
         first, second = touch.points
-        if first is not None and second is not None:
-            H = np.zeros((1, 12))
-            H[0, _P] = n
-            z = np.array([n @ (0.5 * (first + second) - self._p)])
-            self._update(H, z, np.array([[touch.sd**2]]))
+        if first is None or second is None:
+            return
+        n, side = self._between(first - second)
+        H = np.zeros((1, 12))
+        H[0, _P] = n
+        z = np.array([n @ (0.5 * (first + second) - self._p)])
+        self._update(H, z, np.array([[touch.sd**2]]))
         if touch.normal is not None:
             H = np.zeros((2, 12))
             H[0, _R] = -self._R[:, 2]
-            H[1, _R] = self._R[:, 0]
-            z = (self._R.T @ touch.normal)[[0, 2]]
+            H[1, _R] = side
+            z = np.array([side @ touch.normal, self._R[:, 2] @ touch.normal])
             if float(z @ z) < 0.25:
                 self._update(H, z, np.eye(2) * touch.normal_sd**2)
+
+    def _between(self, across: Array) -> tuple[Array, Array]:
+        """Normal of the face that looks most along ``across``, and the axis a quarter behind it."""
+        x, y = self._R[:, 0], self._R[:, 1]
+        faces = ((y, x), (-x, y), (-y, -x), (x, -y))
+        return max(faces, key=lambda face: float(face[0] @ across))
 
     def _update(self, H: Array, z: Array, noise: Array) -> None:
         P = self._P

@@ -41,7 +41,8 @@ class Touch:
         lifted: the palms carry weight: what they hold goes up and down with them.
         grip: when both press harder than the table holds the box, the point half way between the
             palms [m] and a frame (3, 3) that turns with the line between them.
-        normal: +y of the box as palms that lie flat show it, unit vector.
+        normal: of the face under the left palm, as palms that lie flat show it, unit vector; only
+            when both touch.
         sd: of the middle between ``points`` along the normal [m].
         normal_sd: of ``normal`` [rad].
     """

@@ -22,7 +22,7 @@ from arm.grasping.nodes import Control, Step, build
 from arm.grasping.nodes.carrying import carried
 from arm.grasping.nodes.node import quantities
 from arm.grasping.regions import Regions
-from arm.grasping.scene import BoxPlace, Scene, between, box_in_platform
+from arm.grasping.scene import BoxPlace, Faces, Scene, between, box_in_platform
 from arm.joint_limits import PATIENCE, JointLimits
 from arm.node_runner import NodeRunner
 from services.messages import ArmCommand, ArmState, ArmStatus, Estimate, ObjectEstimate
@@ -61,6 +61,7 @@ class GraspExecutive(NodeRunner):
         self.regions = Regions()
         self._law = Law(self.model, gains)
         self._size = np.array(size)
+        self._faces = Faces()
         self._half_palm = 0.5 * np.array(palms.size)
         self._seen: ObjectEstimate | None = None
         self._placed = False
@@ -145,12 +146,13 @@ class GraspExecutive(NodeRunner):
         age = math.inf
         seen, base = self._seen, self._platform.base
         if seen is not None and state.t - seen.t <= BOX_AGE:
-            place = box_in_platform(seen, base, self._size)
+            free = not (self._lifted or any(self.feel.touches))
+            place = box_in_platform(seen, base, self._size, self._faces, free)
             age = seen.age + state.t - seen.t
             if float(place.sd[:3].max()) <= BOX_SD:
                 box = place
         if box is None and self._holding:  # what is held is where the palms are
-            box = between(palms, self._size)
+            box = between(palms, self._faces.size(self._size))
         return Scene(
             dt,
             state.t,
@@ -159,7 +161,7 @@ class GraspExecutive(NodeRunner):
             base,
             box,
             age,
-            self._size,
+            self._faces.size(self._size),
             self._half_palm,
         )
 

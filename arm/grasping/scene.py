@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,9 +22,10 @@ class BoxPlace:
 
     Attributes:
         p: p_BX [m].
-        R: R_BX, turned so that y is the side of the left palm.
+        R: R_BX, turned by quarters about z so that x leads from the face the arms reach around to
+            the one behind it, and y to the left palm.
         velocity: of the box in B, were it at rest in O, shape (3,) [m/s].
-        size: along x, y, z of X [m].
+        size: along x, y, z of ``R`` [m].
         sd: of its position along axes of B, shape (3,) [m], and of its yaw [rad], shape (1,).
     """
 
@@ -51,8 +53,55 @@ class BoxPlace:
         return float(np.arccos(np.clip(self.R[2, 2], -1.0, 1.0)))
 
 
-def box_in_platform(seen: ObjectEstimate, base: Base, size: Array) -> BoxPlace:
-    """The box in B, from where it is in O [m] and how the platform moves."""
+class Faces:
+    """Which of the box's four faces the arms reach around: the one that looks at the robot most.
+
+    A box thrown about on a table may come to rest with any of them towards its edge.
+    """
+
+    FIRM = 0.12
+    """Another face must look at the robot by so much more than 45 degrees allow [rad]."""
+
+    def __init__(self) -> None:
+        self._turn = np.eye(3)
+        self._known = False
+
+    def turn(self, R: Array, p: Array, free: bool) -> Array:
+        """R_XF: from the box to the face in use, by quarters about z.
+
+        Args:
+            R: R_BX.
+            p: p_BX [m].
+            free: no palm is on it; otherwise the face stays what it is.
+        """
+        if free or not self._known:
+            x = R.T @ np.array([p[0], p[1], 0.0])
+            now = self._turn.T @ x
+            off = abs(math.atan2(now[1], now[0]))
+            if not self._known or off > 0.25 * math.pi + self.FIRM:
+                quarter = round(math.atan2(x[1], x[0]) / (0.5 * math.pi))
+                c, s = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))[quarter % 4]
+                self._turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+                self._known = True
+        return self._turn
+
+    def size(self, size: Array) -> Array:
+        """Of the box along x, y, z of F, from that along those of X [m]."""
+        return np.asarray(np.abs(self._turn.T @ size))
+
+
+def box_in_platform(
+    seen: ObjectEstimate, base: Base, size: Array, faces: Faces, free: bool = True
+) -> BoxPlace:
+    """The box in B, from where it is in O [m] and how the platform moves.
+
+    Args:
+        seen: by the observer.
+        base: motion of the platform.
+        size: of the box along x, y, z of X [m].
+        faces: what it is taken by.
+        free: no palm is on it.
+    """
     c, s = np.cos(base.pose[2]), np.sin(base.pose[2])
     R_BO = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
     p = R_BO @ (seen.p - np.array([base.pose[0], base.pose[1], 0.0]))
@@ -62,12 +111,10 @@ def box_in_platform(seen: ObjectEstimate, base: Base, size: Array) -> BoxPlace:
     if seen.held:  # it comes along
         velocity = np.zeros(3)
     R = R_BO @ seen.R
-    if float(R[:2, 0] @ p[:2]) < 0.0:  # seen from behind, it is its own mirror image
-        R = R @ np.diag([-1.0, -1.0, 1.0])
     P = seen.covariance
     variance = np.diag(R_BO @ P[:3, :3] @ R_BO.T)
     sd = np.sqrt(np.maximum(np.append(variance, P[5, 5]), 0.0))
-    return BoxPlace(p, R, velocity, size, sd)
+    return BoxPlace(p, R @ faces.turn(R, p, free), velocity, faces.size(size), sd)
 
 
 def between(palms: Palms, size: Array) -> BoxPlace:
@@ -75,7 +122,7 @@ def between(palms: Palms, size: Array) -> BoxPlace:
 
     Args:
         palms: what holds it.
-        size: of the box along x, y, z of X [m].
+        size: of the box along x, y, z of its place's ``R`` [m].
     """
     gap = palms.p[0] - palms.p[1]
     y = np.array([gap[0], gap[1], 0.0]) / max(float(np.hypot(gap[0], gap[1])), 1e-9)
@@ -96,7 +143,7 @@ class Scene:
         base: motion of the platform in O.
         box: None while it has not been seen, or not for too long.
         box_age: of the newest sighting [s]; infinite if there never was one.
-        size: of the box as the task states it [m].
+        size: of the box as the task states it, along x, y, z of its place's ``R`` [m].
         half_palm: of a palm along x, y, z of P [m].
     """
 

@@ -18,7 +18,7 @@ from arm.grasping.model import JOINTS, TwoArmModel
 from arm.grasping.nodes import REGISTRY
 from arm.grasping.nodes.pressing import press
 from arm.grasping.regions import NAMES, Edges, Regions
-from arm.grasping.scene import BoxPlace, Scene
+from arm.grasping.scene import BoxPlace, Faces, Scene
 from arm.hds import load
 from arm.model import STANDING
 
@@ -181,3 +181,29 @@ def test_a_disturbed_glide_is_stretched_and_still_arrives() -> None:
         way -= 0.004 * speeds[-1]
     assert max(speeds) < 1.3 * 0.5
     assert abs(way) < 0.001
+
+
+def test_the_arms_reach_around_the_face_that_looks_at_them() -> None:
+    """At most 45 degrees off, its width across; near the corner the face stays what it was."""
+    faces = Faces()
+    p = np.array([0.6, 0.0, 0.84])
+    shown = []
+    for yaw in np.radians(np.arange(0.0, 361.0, 5.0)):
+        R = Rotation.from_euler("z", yaw).as_matrix()
+        turned = R @ faces.turn(R, p, free=True)
+        shown.append(np.degrees(np.arctan2(turned[1, 0], turned[0, 0])))
+        wide, deep = (0.203, 0.279) if abs(turned[:, 1] @ R[:, 0]) > 0.5 else (0.279, 0.203)
+        assert faces.size(SIZE) == pytest.approx([deep, wide, 0.178])
+    assert max(shown) < 45.0 + np.degrees(Faces.FIRM) < max(shown) + 5.0
+    assert min(shown) > -45.0
+    assert shown[0] == pytest.approx(shown[-1])
+
+
+def test_palms_on_the_box_do_not_change_faces() -> None:
+    """Held by one pair of faces, a box that turns is not believed to have turned back."""
+    faces = Faces()
+    p = np.array([0.6, 0.0, 0.84])
+    before = faces.turn(np.eye(3), p, free=True)
+    turned = Rotation.from_euler("z", 1.2).as_matrix()
+    assert (faces.turn(turned, p, free=False) == before).all()
+    assert (faces.turn(turned, p, free=True) != before).any()

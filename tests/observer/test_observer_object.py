@@ -40,6 +40,7 @@ def watch(
     touched: bool = False,
     moved: float | None = None,
     factor: float = 1.25,
+    quarters: int = 0,
 ) -> tuple[ObjectEstimate, np.ndarray]:
     """What is believed after a while of pictures that err alike for a second; and the truth."""
     assert ROBOT.vision is not None
@@ -60,7 +61,7 @@ def watch(
             e = factor * spread * error
             turn = np.array([[1, -e[5], e[4]], [e[5], 1, -e[3]], [-e[4], e[3], 1]])
             R = np.linalg.qr(turn)[0]
-            R = R * np.sign(np.diag(R))
+            R = R * np.sign(np.diag(R)) @ _quarter(quarters)
             pictures = [Vision(t=t, p=box + e[:3], R=R, covariance=np.diag(spread**2), name="box")]
         touch = None
         if touched and t > 1.5:
@@ -92,10 +93,25 @@ def test_flat_palms_see_across_and_not_along() -> None:
     assert abs(felt.p[1] - box[1]) < 0.003
 
 
+@pytest.mark.parametrize("quarters", [1, 2, 3])
+def test_palms_may_be_on_any_two_faces(quarters: int) -> None:
+    """Of a box turned by quarters touch says the same as of one that is not."""
+    straight, _ = watch(1, touched=True)
+    turned, box = watch(1, touched=True, quarters=quarters)
+    assert turned.R @ _quarter(quarters).T == pytest.approx(straight.R, abs=1e-6)
+    assert turned.covariance == pytest.approx(straight.covariance, abs=1e-9)
+    assert abs(turned.p[1] - box[1]) < 0.003
+
+
 def test_a_box_that_was_moved_is_found_again() -> None:
     """A second after a jump of 11 cm the estimate is there."""
     last, box = watch(2, moved=2.0)
     assert np.linalg.norm(last.p - box) < 0.03
+
+
+def _quarter(n: int) -> np.ndarray:
+    """About z, n times."""
+    return np.linalg.matrix_power(np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0, 0, 1.0]]), n)
 
 
 def _turn(R: np.ndarray) -> np.ndarray:
