@@ -198,9 +198,25 @@ class TwoArmPhysics(RobotWorld):
         x, v = self._skeleton.getPositions()[PADS], self._skeleton.getVelocities()[PADS]
         free = -pad.stiffness * (x + v * dt) - pad.damping * v
         free /= 1.0 + (pad.damping * dt + pad.stiffness * dt * dt) / pad.mass
-        touched = [any(self._contact[name]) for name in PALMS]
+        touching = self._touching()
+        touched = [name in touching for name in PALMS]
         pressed = np.minimum(pad.stiffness * x + pad.damping * v, pad.plateau)
         return np.where(touched, -pressed, free)
+
+    def _touching(self) -> set[str]:
+        """Who touches anything where everything is now.
+
+        Not who did in the last step: a contact as shallow as rounding comes and goes, and a step
+        that finds none would have a spring throw its pad into what it lay on.
+        """
+        solver = self._world.getConstraintSolver()
+        found = dart.collision.CollisionResult()
+        solver.getCollisionGroup().collide(solver.getCollisionOption(), found)
+        return {
+            self._body_of(side.getShapeFrame())
+            for contact in found.getContacts()
+            for side in (contact.collisionObject1, contact.collisionObject2)
+        }
 
     def _body_of(self, frame: Any) -> str:
         return self._by_node.get(id(frame), "")

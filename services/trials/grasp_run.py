@@ -144,10 +144,11 @@ def least_force(truth: Truth) -> float:
 
 
 def from_line(truth: Truth) -> float:
-    """Of the palm that is farther from the line across the box, through its middle [m]."""
+    """Of the palm that is farther from the line across the box, through its middle, between the
+    faces they are nearer to [m]."""
     R, box = turned(truth.bodies["box"]), np.array(truth.bodies["box"][:3])
     offsets = [R.T @ (np.array(truth.bodies[name][:3]) - box) for name in PALMS]
-    return max(math.hypot(o[0], o[2]) for o in offsets)
+    return min(max(math.hypot(o[axis], o[2]) for o in offsets) for axis in (0, 1))
 
 
 def turned(pose: list[float]) -> Array:

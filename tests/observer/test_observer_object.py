@@ -98,7 +98,8 @@ def test_palms_may_be_on_any_two_faces(quarters: int) -> None:
     """Of a box turned by quarters touch says the same as of one that is not."""
     straight, _ = watch(1, touched=True)
     turned, box = watch(1, touched=True, quarters=quarters)
-    assert turned.R @ _quarter(quarters).T == pytest.approx(straight.R, abs=1e-6)
+    R = turned.R @ _quarter(quarters).T
+    assert pytest.approx(straight.R, abs=1e-6) == R
     assert turned.covariance == pytest.approx(straight.covariance, abs=1e-9)
     assert abs(turned.p[1] - box[1]) < 0.003
 
