@@ -29,7 +29,7 @@ class Edges:
     """Nearer than this it is too near [m]."""
     aside: tuple[float, float] = (0.10, 0.14)
     """Of the box from straight ahead [m]."""
-    facing: tuple[float, float] = (0.20, 0.30)
+    facing: tuple[float, float] = (0.42, 0.52)
     """Yaw of the box in B [rad]."""
     line: tuple[float, float] = (0.014, 0.024)
     """Of a palm from the line [m]."""

@@ -27,6 +27,7 @@ class BoxPlace:
         velocity: of the box in B, were it at rest in O, shape (3,) [m/s].
         size: along x, y, z of ``R`` [m].
         sd: of its position along axes of B, shape (3,) [m], and of its yaw [rad], shape (1,).
+        ahead: from where the way to it is free, to the box; along x of ``R`` where nobody knows.
     """
 
     p: Array
@@ -34,6 +35,7 @@ class BoxPlace:
     velocity: Array
     size: Array
     sd: Array
+    ahead: Array | None = None
 
     @property
     def across(self) -> Array:
@@ -54,36 +56,46 @@ class BoxPlace:
 
 
 class Faces:
-    """Which of the box's four faces the arms reach around: the one that looks at the robot most.
+    """Which of the box's four faces the arms reach around.
 
-    A box thrown about on a table may come to rest with any of them towards its edge.
+    The way to the box is free where its front looked when it was first seen: a box that was thrown
+    about on its table is taken by whatever face looks there now.
     """
 
     FIRM = 0.12
-    """Another face must look at the robot by so much more than 45 degrees allow [rad]."""
+    """Another face must look there by so much more than 45 degrees allow [rad]."""
 
     def __init__(self) -> None:
         self._turn = np.eye(3)
-        self._known = False
+        self._ahead: Array | None = None
 
-    def turn(self, R: Array, p: Array, free: bool) -> Array:
-        """R_XF: from the box to the face in use, by quarters about z.
+    def choose(self, R: Array, away: Array, free: bool) -> None:
+        """Look at the box anew.
 
         Args:
-            R: R_BX.
-            p: p_BX [m].
+            R: R_OX.
+            away: from the robot to the box, in O, shape (3,) [m].
             free: no palm is on it; otherwise the face stays what it is.
         """
-        if free or not self._known:
-            x = R.T @ np.array([p[0], p[1], 0.0])
-            now = self._turn.T @ x
-            off = abs(math.atan2(now[1], now[0]))
-            if not self._known or off > 0.25 * math.pi + self.FIRM:
-                quarter = round(math.atan2(x[1], x[0]) / (0.5 * math.pi))
-                c, s = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))[quarter % 4]
-                self._turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-                self._known = True
+        if self._ahead is None:
+            if float(R[:2, 0] @ away[:2]) < 0.0:  # from behind, it is its own mirror image
+                self._turn = _quarters(2)
+            self._ahead = R @ self._turn[:, 0]
+        x = R.T @ self._ahead
+        now = self._turn.T @ x
+        if free and abs(math.atan2(now[1], now[0])) > 0.25 * math.pi + self.FIRM:
+            self._turn = _quarters(round(math.atan2(x[1], x[0]) / (0.5 * math.pi)))
+
+    @property
+    def turn(self) -> Array:
+        """R_XF, F being the box as it looks from the face in use: by quarters about z."""
         return self._turn
+
+    @property
+    def ahead(self) -> Array:
+        """Into the face, by which the way there is free, in O, shape (3,) [1]."""
+        assert self._ahead is not None
+        return self._ahead
 
     def size(self, size: Array) -> Array:
         """Of the box along x, y, z of F, from that along those of X [m]."""
@@ -110,11 +122,18 @@ def box_in_platform(
     velocity = -v - np.array([-w * p[1], w * p[0], 0.0])
     if seen.held:  # it comes along
         velocity = np.zeros(3)
-    R = R_BO @ seen.R
+    faces.choose(seen.R, R_BO.T @ p, free)
     P = seen.covariance
     variance = np.diag(R_BO @ P[:3, :3] @ R_BO.T)
     sd = np.sqrt(np.maximum(np.append(variance, P[5, 5]), 0.0))
-    return BoxPlace(p, R @ faces.turn(R, p, free), velocity, faces.size(size), sd)
+    R = R_BO @ seen.R @ faces.turn
+    return BoxPlace(p, R, velocity, faces.size(size), sd, R_BO @ faces.ahead)
+
+
+def _quarters(n: int) -> Array:
+    """Rotation by n quarters about z."""
+    c, s = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))[n % 4]
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
 def between(palms: Palms, size: Array) -> BoxPlace:
