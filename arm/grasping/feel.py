@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +24,10 @@ BOUNCE = 0.06
 """A palm that loses touch for less than this bounces [s]."""
 
 
+SHAKES = 0.02
+"""A palm that was pushed the other way within this time shakes by itself [s]."""
+
+
 class Feel:
     """The load cells, tick by tick.
 
@@ -32,7 +37,8 @@ class Feel:
         load: force of the world on each palm across its normal, in P, slowly filtered,
             shape (2, 3) [N]; and ``twist``, about its normal, shape (2,) [N m].
         raw: as ``force``, not filtered; ``pushed``: force of the world on each palm in P, not
-            filtered, shape (2, 3) [N].
+            filtered, less what it was the other way just before, shape (2, 3) [N]. A cell feels the
+            palm's own inertia as well: one that gave way to that would never come to rest.
         touches: which palm touches.
         yielding: which palm is pushed so hard that it gives way (``objectives.Yield``).
         peak: largest force on either palm since the start, not filtered [N].
@@ -48,6 +54,7 @@ class Feel:
         self.touches = [False, False]
         self.yielding = [False, False]
         self._since = [0.0, 0.0]
+        self._before: deque[tuple[float, Array]] = deque()
         self.peak = 0.0
 
     @property
@@ -58,11 +65,11 @@ class Feel:
     def step(self, wrench: Array, dt: float) -> None:
         """Take in what both cells say, shape (12,) [N, N m], ``dt`` [s] after the last."""
         w = wrench.reshape(2, 6)
+        self._push(w[:, :3].copy(), dt)
         quick = -math.expm1(-2 * math.pi * FILTER * dt)
         slow = -math.expm1(-2 * math.pi * LOAD_FILTER * dt)
         for i, side in enumerate(SIDES):
             self.raw[i] = side * w[i, 1]
-            self.pushed[i] = w[i, :3]
             self.force[i] += quick * (self.raw[i] - self.force[i])
             self.moment[i] += quick * (w[i, 3:] - self.moment[i])
             across = np.array([w[i, 0], 0.0, w[i, 2]])
@@ -75,3 +82,11 @@ class Feel:
                 self._since[i] += dt
                 self.touches[i] = self.touches[i] and self._since[i] < BOUNCE
             self.peak = max(self.peak, float(np.linalg.norm(w[i, :3])))
+
+    def _push(self, force: Array, dt: float) -> None:
+        self._before = deque((age + dt, f) for age, f in self._before if age + dt < SHAKES)
+        for i, now in enumerate(force):
+            size = max(float(np.linalg.norm(now)), 1e-9)
+            against = max((-float(f[i] @ now) / size for _, f in self._before), default=0.0)
+            self.pushed[i] = now * max(1.0 - max(against, 0.0) / size, 0.0)
+        self._before.append((0.0, force))

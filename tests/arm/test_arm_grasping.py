@@ -219,3 +219,20 @@ def test_palms_on_the_box_do_not_change_faces() -> None:
     assert (faces.turn == np.eye(3)).all()
     faces.choose(turned, away, free=True)
     assert (faces.turn != np.eye(3)).any()
+
+
+def test_a_palm_that_shakes_is_not_pushed_and_one_that_is_hit_is_at_once() -> None:
+    """The cell feels the palm's inertia: giving way to that kept it shaking at the torque limits."""
+    feel = Feel()
+    wrench, force = np.zeros(12), 60.0
+    wrench[1] = force
+    feel.step(wrench, 0.004)
+    assert feel.pushed[0] == pytest.approx([0.0, force, 0.0])
+    for k in range(1, 12):
+        wrench[1] = force * np.cos(0.5 * np.pi * k)  # four ticks a period
+        feel.step(wrench, 0.004)
+        assert np.linalg.norm(feel.pushed[0]) < 1e-6
+    wrench[1] = force
+    for _ in range(6):
+        feel.step(wrench, 0.004)
+    assert feel.pushed[0] == pytest.approx([0.0, force, 0.0])
