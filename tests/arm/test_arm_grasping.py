@@ -222,7 +222,7 @@ def test_palms_on_the_box_do_not_change_faces() -> None:
 
 
 def test_a_palm_that_shakes_is_not_pushed_and_one_that_is_hit_is_at_once() -> None:
-    """The cell feels the palm's inertia: giving way to that kept it shaking at the torque limits."""
+    """The cell feels the palm's inertia: giving way to that kept it shaking for good."""
     feel = Feel()
     wrench, force = np.zeros(12), 60.0
     wrench[1] = force
