@@ -155,7 +155,7 @@ class ObjectEstimator:
                 self._p[2] = before[2]  # the table holds it
             self._R = turn @ self._R
             q[:3] += (SLIPS * (self._p - before)) ** 2
-            q[3:] += (SLIPS * Rotation.from_matrix(turn).as_rotvec()) ** 2
+            q[3:] += (SLIPS * Rotation.from_matrix(turn, assume_valid=True).as_rotvec()) ** 2
         self._grip = grip
         self._P[range(6), range(6)] += q
 

@@ -95,7 +95,7 @@ def transform(body: Any) -> tuple[Array, Array]:
 
 def listed(R: Array, p: Array) -> list[float]:
     """X_WX as x, y, z [m], then w, x, y, z of the unit quaternion."""
-    quaternion = Rotation.from_matrix(R).as_quat(scalar_first=True)
+    quaternion = Rotation.from_matrix(R, assume_valid=True).as_quat(scalar_first=True)
     return [*p.tolist(), *quaternion.tolist()]
 
 
