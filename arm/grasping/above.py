@@ -14,7 +14,8 @@ _NOTHING = Rows(np.zeros((0, JOINTS)), np.zeros(0), 0.0)
 
 
 class Above(Objective):
-    """No corner of a palm nearer to the plane under the box than ``MARGIN``.
+    """No corner of a palm nearer to the plane under the box than ``MARGIN``, and ``DOUBT`` of how
+    well its height is known.
 
     Of the table the arms know only that the box stands on it. Above the lower edge of the box there
     is nothing to hit, so the plane is taken to go on in all directions.
@@ -24,17 +25,22 @@ class Above(Objective):
     gain = 8.0
     fastest = 0.5
     MARGIN = 0.015
+    """[m]"""
+    DOUBT = 2.0
+    """Deviations of the box's height [1]."""
 
     def rows(self, kinematics: Any, dt: float) -> Rows:
         """Up, of the lowest corner of each palm that is too near."""
         scene: Scene = kinematics
         if scene.box is None:
             return _NOTHING
-        table = float(scene.box.p[2]) - 0.5 * float(scene.box.size[2])
+        box = scene.box
+        table = float(box.p[2]) - 0.5 * float(box.size[2])
+        margin = self.MARGIN + self.DOUBT * float(box.sd[2])
         J, rate = [], []
         for p, R, jacobian in zip(scene.palms.p, scene.palms.R, scene.palms.J, strict=True):
             corner = R @ (-np.sign(R[2]) * scene.half_palm)
-            short = table + self.MARGIN - float(p[2] + corner[2])
+            short = table + margin - float(p[2] + corner[2])
             if short > 0.0:
                 # velocity of the corner: v + w x r
                 J.append(jacobian[2] + corner[1] * jacobian[3] - corner[0] * jacobian[4])
