@@ -1,24 +1,28 @@
-"""Keeps palms off what the box stands on: an arm that was thrown must not come back through it."""
+"""Above: the palms keep off the table, and off the top of the box, from above."""
 
 from __future__ import annotations
 
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from arm.control.objective import Objective, Rows
 from arm.grasping.model import JOINTS
-from arm.grasping.scene import Scene
+from arm.grasping.scene import BoxPlace, Scene
+
+Array = NDArray[np.float64]
 
 _NOTHING = Rows(np.zeros((0, JOINTS)), np.zeros(0), 0.0)
 
 
 class Above(Objective):
-    """No corner of a palm nearer to the plane under the box than ``MARGIN``, and ``DOUBT`` of how
-    well its height is known.
+    """No corner of a palm nearer to what is below it than ``MARGIN``, and ``DOUBT`` of how well
+    its height is known.
 
     Of the table the arms know only that the box stands on it. Above the lower edge of the box there
-    is nothing to hit, so the plane is taken to go on in all directions.
+    is nothing to hit, so the plane is taken to go on in all directions. What is below a palm over
+    the box is the box.
     """
 
     name = "above"
@@ -34,15 +38,22 @@ class Above(Objective):
         scene: Scene = kinematics
         if scene.box is None:
             return _NOTHING
-        box = scene.box
-        table = float(box.p[2]) - 0.5 * float(box.size[2])
-        margin = self.MARGIN + self.DOUBT * float(box.sd[2])
+        margin = self.MARGIN + self.DOUBT * float(scene.box.sd[2])
         J, rate = [], []
         for p, R, jacobian in zip(scene.palms.p, scene.palms.R, scene.palms.J, strict=True):
             corner = R @ (-np.sign(R[2]) * scene.half_palm)
-            short = table + margin - float(p[2] + corner[2])
+            short = below(scene.box, p, scene.half_palm) + margin - float(p[2] + corner[2])
             if short > 0.0:
                 # velocity of the corner: v + w x r
                 J.append(jacobian[2] + corner[1] * jacobian[3] - corner[0] * jacobian[4])
                 rate.append(min(self.gain * short, self.fastest))
         return Rows(np.array(J), np.array(rate)) if J else _NOTHING
+
+
+def below(box: BoxPlace, p: Array, half_palm: Array) -> float:
+    """Height in B of what is below a palm with its middle at ``p`` in B: table or box [m]."""
+    off = np.abs(box.R.T @ (p - box.p))
+    over = (off[:2] < 0.5 * box.size[:2] + half_palm[:2]).all()
+    half = 0.5 * float(box.size[2])
+    top = float(box.p[2]) + half
+    return top if over and float(p[2]) > top else top - 2.0 * half

@@ -11,6 +11,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from arm.control.priority import priorities
+from arm.grasping.above import below
 from arm.grasping.feel import Feel
 from arm.grasping.glide import Glide
 from arm.grasping.hands import Hands, written
@@ -236,3 +237,15 @@ def test_a_palm_that_shakes_is_not_pushed_and_one_that_is_hit_is_at_once() -> No
     for _ in range(6):
         feel.step(wrench, 0.004)
     assert feel.pushed[0] == pytest.approx([0.0, force, 0.0])
+
+
+def test_what_is_below_a_palm_is_the_box_only_over_it() -> None:
+    """Beside it and within its height a palm is over the table."""
+    seen = scene()
+    assert seen.box is not None
+    box, half = seen.box, seen.half_palm
+    top = float(box.p[2]) + 0.089
+    assert below(box, box.p + [0.0, 0.0, 0.2], half) == pytest.approx(top)
+    assert below(box, box.p + [0.0, 0.14, 0.2], half) == pytest.approx(top)
+    assert below(box, box.p + [0.0, 0.16, 0.2], half) == pytest.approx(top - 0.178)
+    assert below(box, box.p + [0.0, 0.14, 0.0], half) == pytest.approx(top - 0.178)
