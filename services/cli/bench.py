@@ -22,6 +22,7 @@ from services.cli import bench_faults as cli_bench_faults
 from services.cli import bench_hostile as cli_bench_hostile
 from services.cli import bench_loop as cli_bench_loop
 from services.cli import bench_observer as cli_bench_observer
+from services.cli import bench_page as cli_bench_page
 from services.cli import bench_soak as cli_bench_soak
 from services.cli.common import Json, console, fail
 from services.reports.evaluation import DRAWING_FIGURES, ESTIMATE_FIGURES, PEN_FIGURES
@@ -46,6 +47,7 @@ bench.command(name="hostile")(cli_bench_hostile.hostile)
 bench.command(name="approach")(cli_bench_approach.approach)
 bench.command(name="faults")(cli_bench_faults.faults)
 bench.command(name="loop")(cli_bench_loop.loop)
+bench.command(name="page")(cli_bench_page.page)
 bench.command(name="soak")(cli_bench_soak.soak)
 bench.command(name="console")(cli_bench_console.console_)
 
