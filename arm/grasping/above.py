@@ -42,7 +42,8 @@ class Above(Objective):
         J, rate = [], []
         for p, R, jacobian in zip(scene.palms.p, scene.palms.R, scene.palms.J, strict=True):
             corner = R @ (-np.sign(R[2]) * scene.half_palm)
-            short = below(scene.box, p, scene.half_palm) + margin - float(p[2] + corner[2])
+            extent = np.abs(scene.box.R.T @ R) @ scene.half_palm
+            short = below(scene.box, p, extent) + margin - float(p[2] + corner[2])
             if short > 0.0:
                 # velocity of the corner: v + w x r
                 J.append(jacobian[2] + corner[1] * jacobian[3] - corner[0] * jacobian[4])
@@ -50,10 +51,16 @@ class Above(Objective):
         return Rows(np.array(J), np.array(rate)) if J else _NOTHING
 
 
-def below(box: BoxPlace, p: Array, half_palm: Array) -> float:
-    """Height in B of what is below a palm with its middle at ``p`` in B: table or box [m]."""
+def below(box: BoxPlace, p: Array, extent: Array) -> float:
+    """Height in B of what is below a palm: table or box [m].
+
+    Args:
+        box: as believed.
+        p: p_BP of the palm's middle [m].
+        extent: of the palm from there, along x, y, z of the box [m].
+    """
     off = np.abs(box.R.T @ (p - box.p))
-    over = (off[:2] < 0.5 * box.size[:2] + half_palm[:2]).all()
+    over = (off[:2] < 0.5 * box.size[:2] + extent[:2]).all()
     half = 0.5 * float(box.size[2])
     top = float(box.p[2]) + half
     return top if over and float(p[2]) > top else top - 2.0 * half
