@@ -275,6 +275,8 @@ class LoadCell(Strict):
 class MobileBase(Strict):
     """A platform and the sensors that tell its motion: all that the observer asks of a robot."""
 
+    description: str = ""
+    """In a line, for ``steadyhand list``."""
     platform: Platform
     odometry: Odometry
     imu: Imu
@@ -395,9 +397,18 @@ def urdf_text(name: str) -> str:
     return (ROBOTS / name / file).read_text(encoding="utf-8")
 
 
+def robot_names() -> list[str]:
+    """Names of the robots that are described."""
+    return sorted(path.parent.name for path in ROBOTS.glob("*/robot.toml"))
+
+
+def robot_file(name: str) -> Path:
+    """Where a robot of that name is described, if it is."""
+    return ROBOTS / name / "robot.toml"
+
+
 def _path(name: str) -> Path:
-    path = ROBOTS / name / "robot.toml"
+    path = robot_file(name)
     if not path.is_file():
-        known = ", ".join(sorted(p.parent.name for p in ROBOTS.glob("*/robot.toml")))
-        raise BadFile(path, [f"no robot {name!r}. Known: {known}"])
+        raise BadFile(path, [f"no robot {name!r}. Known: {', '.join(robot_names())}"])
     return path

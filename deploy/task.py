@@ -258,7 +258,9 @@ def find_program(
             return path
     known = sorted(p.name for folder in folders for p in folder.glob("*.hds"))
     own = [p.name for p in beside.glob("*.hds")] if beside else []
-    near = difflib.get_close_matches(name, [*own, *known], n=1)
-    hint = f" (did you mean {near[0]!r}?)" if near else ""
+    # without the ending, which makes any two names alike
+    stems = {p.removesuffix(".hds"): p for p in (*own, *known)}
+    near = difflib.get_close_matches(name.removesuffix(".hds"), stems, n=1)
+    hint = f" (did you mean {stems[near[0]]!r}?)" if near else ""
     asks = f"{key}: " if key else ""
     raise BadFile(candidates[0], [f"{asks}no program {program!r}{hint}. Known: {', '.join(known)}"])

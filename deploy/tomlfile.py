@@ -78,7 +78,7 @@ def _finding(model: type[BaseModel], error: dict[str, Any]) -> str:
         key = error["ctx"]["discriminator"].strip("'")
         return f"{where}.{key}: unknown {key} {tag!r}{hint} Allowed: {', '.join(known)}"
     got = "" if error["type"] == "missing" else f" (got {error['input']!r})"
-    return f"{where}: {error['msg']}{got}"
+    return f"{where}: {error['msg'].removeprefix('Value error, ')}{got}"
 
 
 def _keys_at(model: type[BaseModel], loc: tuple[Any, ...]) -> set[str]:

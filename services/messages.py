@@ -432,6 +432,8 @@ class Health(Message):
     progress: int = 0
     """Ticks done since start: this, not a process that exists, is what counts as alive."""
     pid: int = 0
+    restarts: int = 0
+    """How often the service was restarted before this process."""
     period: dict[str, float] = field(default_factory=dict)
     """Of the ticks since the last heartbeat [s]: target, mean, std, max."""
     lateness: dict[str, float] = field(default_factory=dict)

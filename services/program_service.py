@@ -167,6 +167,8 @@ class ProgramService(Generic[X]):
             return self._program
         try:
             path = Path(name)
-            return load(path if path.is_file() else find_program(name), self._registry)
-        except (ProgramError, BadFile, OSError) as error:
+            return load(path if path.is_file() else find_program(name, key=""), self._registry)
+        except BadFile as error:  # a person asked by name: our own folders say nothing to them
+            raise ValueError("; ".join(error.findings)) from None
+        except (ProgramError, OSError) as error:
             raise ValueError(str(error)) from None

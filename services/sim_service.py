@@ -82,7 +82,7 @@ class SimService:
         """``disturb``: kind and its options."""
         options = dict(args)
         kind = str(options.pop("kind", ""))
-        made = disturbance_from(kind, options, self._now)
+        made = disturbance_from(kind, options, self._now, self.simulator.timeline.bodies)
         self.simulator.timeline.refuse(made)
 
         def act() -> Reply:

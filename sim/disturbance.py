@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Annotated, Any, Literal, get_args
 
 from pydantic import Field, TypeAdapter, ValidationError
@@ -181,8 +181,13 @@ KINDS: dict[str, type[Timed]] = {
 _DISTURBANCE: TypeAdapter[Any] = TypeAdapter(Disturbance)
 
 
-def describe(kind: str) -> dict[str, str]:
-    """The options of a kind of disturbance: name to meaning, allowed values and default."""
+def describe(kind: str, bodies: Sequence[str] = ()) -> dict[str, str]:
+    """The options of a kind of disturbance: name to meaning, allowed values and default.
+
+    Args:
+        kind: one of ``KINDS``.
+        bodies: what can be pushed on the robot in question; of every robot if not given.
+    """
     out = {}
     for name, info in KINDS[kind].model_fields.items():
         if name == "kind":
@@ -191,7 +196,8 @@ def describe(kind: str) -> dict[str, str]:
         schema = {**schema, **schema.get("anyOf", [{}])[0]}
         parts = [(info.description or "").rstrip(".")]
         if "enum" in schema:
-            parts.append("one of " + ", ".join(schema["enum"]))
+            own = bodies if name == "on" and bodies else schema["enum"]
+            parts.append("one of " + ", ".join(own))
         lo = schema.get("minimum", schema.get("exclusiveMinimum"))
         hi = schema.get("maximum")
         if hi is not None:
@@ -206,13 +212,16 @@ def describe(kind: str) -> dict[str, str]:
     return out
 
 
-def disturbance_from(kind: str, options: Mapping[str, Any], now: float) -> Timed:
+def disturbance_from(
+    kind: str, options: Mapping[str, Any], now: float, bodies: Sequence[str] = ()
+) -> Timed:
     """A disturbance asked for live.
 
     Args:
         kind: one of ``KINDS``.
         options: its options, as numbers or as text; without ``t`` it begins now.
         now: robot time [s].
+        bodies: what can be pushed here, for the text of an error; of every robot if not given.
 
     Raises:
         ValueError: unknown kind or option, or a value out of range; the text says what is allowed.
@@ -222,7 +231,7 @@ def disturbance_from(kind: str, options: Mapping[str, Any], now: float) -> Timed
     try:
         made: Timed = _DISTURBANCE.validate_python({"t": max(now, 0.0), **options, "kind": kind})
     except ValidationError as error:
-        allowed = describe(kind)
+        allowed = describe(kind, bodies)
         findings = []
         for e in error.errors():
             name = str(e["loc"][-1])
@@ -230,6 +239,8 @@ def disturbance_from(kind: str, options: Mapping[str, Any], now: float) -> Timed
                 findings.append(f"no option {name!r}{near(name, allowed)}")
             elif e["type"] == "missing":
                 findings.append(f"{name!r} is missing")
+            elif name == "on" and bodies:
+                findings.append(f"no {e['input']!r} here{near(str(e['input']), bodies)}")
             else:
                 findings.append(f"{name} = {e['input']!r}: {e['msg']}")
         listing = "\n".join(f"  {name}: {text}" for name, text in allowed.items())
@@ -247,7 +258,7 @@ def refuse_absent(disturbance: Timed, bodies: Sequence[str]) -> None:
         raise ValueError(f"push: no {disturbance.on!r} here. Known: {', '.join(bodies)}")
 
 
-def near(name: str, known: Mapping[str, Any] | list[str]) -> str:
+def near(name: str, known: Iterable[str]) -> str:
     """A hint at the known name that is nearest to ``name``; empty if none is near."""
     near = difflib.get_close_matches(name, list(known), n=1)
     return f" (did you mean {near[0]!r}?)" if near else ""

@@ -12,7 +12,7 @@ from typing import Annotated, Literal, TypeVar, get_args
 
 from pydantic import Field, PrivateAttr, field_validator
 
-from deploy.robot import MobileBase, NonNegative, Positive, Vector3
+from deploy.robot import MobileBase, NonNegative, Positive, Vector3, robot_file, robot_names
 from deploy.task import Angle, BoardPose, Documented, Metres, Pose2, Task, find_program
 from deploy.tomlfile import BadFile, load_toml
 from sim.disturbance import Disturbance, near
@@ -310,6 +310,14 @@ class Scenario(Documented):
     """What the log keeps: every message, or the fast topics thinned to what people look at."""
     task: Task = Task()
     _path: Path = PrivateAttr(default=Path())
+
+    @field_validator("robot")
+    @classmethod
+    def _is_there(cls, name: str) -> str:
+        if not robot_file(name).is_file():
+            known = robot_names()
+            raise ValueError(f"no such robot{near(name, known)}. Known: {', '.join(known)}")
+        return name
 
     @field_validator("services")
     @classmethod

@@ -13,21 +13,21 @@ class Timeline:
 
     Args:
         disturbances: of the scenario.
-        bodies: names of what can be pushed.
+        bodies: names of what can be pushed; also an attribute.
 
     Raises:
         ValueError: one of them pushes what is not there.
     """
 
     def __init__(self, disturbances: Iterable[Timed], bodies: Sequence[str]) -> None:
-        self._bodies = bodies
+        self.bodies = bodies
         self._disturbances = list(disturbances)
         for disturbance in self._disturbances:
             self.refuse(disturbance)
 
     def refuse(self, disturbance: Timed) -> None:
         """Raise ValueError for a push on what is not there."""
-        refuse_absent(disturbance, self._bodies)
+        refuse_absent(disturbance, self.bodies)
 
     def add(self, disturbance: Timed, now: float) -> None:
         """Add a disturbance; those that ended before robot time ``now`` [s] are forgotten."""

@@ -20,7 +20,7 @@ class Finding:
         code: short stable name of the check (docs/language.md lists them).
         message: what is wrong, in one sentence.
         file: name of the source as given to the checker.
-        line: line of the place, from 1.
+        line: line of the place, from 1; 0 for the file as a whole.
         column: column of the place in characters, from 1.
         length: characters the place covers; 0 for a place between characters.
         help: what to write instead; may be empty.
@@ -39,6 +39,8 @@ class Finding:
 
     def render(self) -> str:
         """``file:line:col: error[code]: message``, the source line, a caret underline, help."""
+        if not self.line:
+            return f"{self.file}: {self.severity}[{self.code}]: {self.message}"
         margin = f"{self.line:>5} | "
         blank = " " * 5 + " | "
         # tabs stay tabs under tabs, so the caret stands right whatever their width
@@ -54,13 +56,19 @@ class Finding:
         return "\n".join(lines)
 
 
+MOST = 40
+"""Findings shown at most: a text that is no program has one in every word."""
+
+
 def render(findings: Iterable[Finding]) -> str:
-    """All findings one after another, and a last line with their numbers."""
+    """The findings one after another, ``MOST`` of them, and a last line with the number of all."""
     findings = list(findings)
     errors = sum(f.severity == "error" for f in findings)
     warnings = len(findings) - errors
     total = f"{_count(errors, 'error')}, {_count(warnings, 'warning')}"
-    return "\n".join([*(f.render() for f in findings), total])
+    if len(findings) > MOST:
+        total += f"; shown are the first {MOST}"
+    return "\n".join([*(f.render() for f in findings[:MOST]), total])
 
 
 def _count(number: int, noun: str) -> str:

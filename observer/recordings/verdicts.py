@@ -139,7 +139,7 @@ def about_drive(found: Diagnosis) -> Iterable[Verdict]:
 
 
 def about_filter(nis: Mapping[str, float]) -> Iterable[Verdict]:
-    """Whether a filter believes as much as it may."""
+    """Whether a filter is as sure of itself as it should be."""
     for sensor, mean in nis.items():
         text = f"NIS of {sensor} {mean:.2g} where {RIGHT_NIS:g} is right"
         if not mean <= NIS_BAND[1] * RIGHT_NIS:
@@ -149,4 +149,4 @@ def about_filter(nis: Mapping[str, float]) -> Iterable[Verdict]:
             noise = "its noise is stated larger than it is"
             yield Verdict("note", "under-confident", f"filter too modest: {text}", noise)
         else:
-            yield Verdict("note", "consistent", f"filter believes as it may: {text}")
+            yield Verdict("note", "consistent", f"filter is as sure as it should be: {text}")

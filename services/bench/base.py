@@ -7,6 +7,7 @@ lags as described give or take a tenth, the floor is rough, the laser noisy and 
 from __future__ import annotations
 
 import math
+import signal
 import time
 from collections.abc import Callable, Iterable
 from concurrent.futures import ProcessPoolExecutor
@@ -214,5 +215,7 @@ def measure(
     todo = list(jobs)
     if workers == 1:
         return list(watch(map(run_one, todo)))
-    with ProcessPoolExecutor(max_workers=workers) as pool:
-        return list(watch(pool.map(run_one, todo, chunksize=4)))
+    # Ctrl-C is for whoever asked, who ends the pool; each worker would print a traceback
+    deaf = (signal.SIGINT, signal.SIG_IGN)
+    with ProcessPoolExecutor(workers, initializer=signal.signal, initargs=deaf) as pool:
+        return list(watch(pool.map(run_one, todo)))

@@ -71,7 +71,9 @@ def to_work(line: Connection, patience: float = START) -> None:
 def busy_machine(busy: bool) -> Iterator[None]:
     """An ordinary program that never rests on every core, if ``busy``."""
     burning: Sequence[subprocess.Popen[bytes]] = [
-        subprocess.Popen([sys.executable, "-c", _BURN]) for _ in range(cores() if busy else 0)
+        # Ctrl-C is for us, who end them; each would print a traceback
+        subprocess.Popen([sys.executable, "-c", _BURN], start_new_session=True)
+        for _ in range(cores() if busy else 0)
     ]
     try:
         yield

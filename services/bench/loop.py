@@ -157,7 +157,9 @@ def _bare(*args: str) -> dict[str, float]:
 
 def _bare_round_trip(folder: Path, *args: str) -> dict[str, float]:
     there = ("--folder", str(folder), *args)
-    pong = subprocess.Popen([sys.executable, "-m", "services.bench.bare", "pong", *there])
+    command = [sys.executable, "-m", "services.bench.bare", "pong", *there]
+    # Ctrl-C is for us, who end it; it would print a traceback
+    pong = subprocess.Popen(command, start_new_session=True)
     try:
         for left in range(TRIES - 1, -1, -1):
             try:

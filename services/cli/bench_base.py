@@ -5,6 +5,7 @@ from __future__ import annotations
 import json as jsonlib
 import re
 from collections import Counter
+from collections.abc import Iterable, Iterator
 from typing import Annotated, Any
 
 import typer
@@ -44,17 +45,37 @@ def base(
         for rule in by
         for seed in (numbers if case == "clutter" else numbers[: (len(numbers) + 1) // 2])
     ]
-    results = base_bench.measure(
-        jobs, workers, lambda done: track(done, total=len(jobs), disable=json, console=console)
-    )
-    rows = summary(results, by)
-    if approach_bench.CASE in chosen:
-        rows += approach_bench.goals(len(numbers), numbers[0], workers, by)
-    if line_bench.CASE in chosen:
-        rows += line_bench.goals(len(numbers), numbers[0], workers, by)
+    results: list[dict[str, Any]] = []
+    rows: list[dict[str, Any]] = []
+    stopped = False
+
+    def keep(done: Iterable[dict[str, Any]]) -> Iterator[dict[str, Any]]:
+        for result in track(done, total=len(jobs), disable=json, console=console):
+            results.append(result)
+            yield result
+
+    try:
+        base_bench.measure(jobs, workers, keep)
+        if approach_bench.CASE in chosen:
+            rows += approach_bench.goals(len(numbers), numbers[0], workers, by)
+        if line_bench.CASE in chosen:
+            rows += line_bench.goals(len(numbers), numbers[0], workers, by)
+    except KeyboardInterrupt:
+        stopped = True
+    rows = summary(results, by) + rows
     if json:
         typer.echo(jsonlib.dumps(rows, indent=2))
-        return
+    elif rows:
+        _show(rows, results, by, seeds)
+    if stopped:
+        of = "the figures are of these" if rows else "nothing is kept"
+        fail(f"stopped after {len(results)} of {len(jobs)} runs; {of}", 130)
+
+
+def _show(
+    rows: list[dict[str, Any]], results: list[dict[str, Any]], by: tuple[str, ...], seeds: str
+) -> None:
+    """Print the table of goals, and every run that went wrong."""
     table = Table("", *by, "goal", title=f"base, seeds {seeds}")
     for row in rows:
         cells = [_cell(row[rule], row["met"][rule]) for rule in by]

@@ -54,18 +54,24 @@ def loop(
     if load not in loads:
         fail(f"--load is one of {', '.join(loads)}, not {load!r}", 2)
 
+    blocks: list[Block] = []
+    stopped = False
+
     def tell(block: Block) -> None:
+        blocks.append(block)
         if not json:
             word = "busy" if block.busy else "quiet"
             console.print(f"--rt {block.rt}, {word} machine: done", highlight=False)
 
     try:
-        blocks = measure(scenario, modes, loads[load], seconds, tell)
+        measure(scenario, modes, loads[load], seconds, tell)
     except (Silent, TimeoutError) as error:
         fail(str(error))
+    except KeyboardInterrupt:
+        stopped = True
     if json:
         show_json({"blocks": as_figures(blocks)})
-    else:
+    elif blocks:
         table = Table("", *(f"--rt {b.rt}\n{'busy' if b.busy else 'quiet'}" for b in blocks))
         for label, shown in ROWS:
             table.add_row(label.replace("[", "\\["), *(shown(b) for b in blocks))
@@ -75,4 +81,7 @@ def loop(
             f"state to command {AGE:g} bare round trips",
             highlight=False,
         )
+    if stopped:
+        of = "shown are these" if blocks else "nothing is kept"
+        fail(f"stopped after {len(blocks)} of {len(modes) * len(loads[load])} blocks; {of}", 130)
     raise typer.Exit(0 if all(b.met for b in blocks if not b.busy) else 1)

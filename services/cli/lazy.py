@@ -9,6 +9,7 @@ import typer
 from typer.core import TyperGroup
 
 COMMANDS = {
+    "list": "services.cli.listing:list_",
     "up": "services.cli.up:up",
     "program": "services.cli.program:program",
     "bench": "services.cli.bench:bench",

@@ -57,7 +57,7 @@ def check(
             found += error.findings
         except OSError as error:
             text = error.strerror or str(error)
-            found.append(Finding("error", "unreadable", text, str(name), 1, 1, 0))
+            found.append(Finding("error", "unreadable", text, str(name), 0, 0, 0))
     bad = any(f.severity == "error" for f in found)
     if control and not bad:
         from services.cli.program_control import check_control

@@ -15,7 +15,7 @@ from rich.table import Table
 
 from services.cli.common import Json, console, fail, writing
 from services.cli.progress import busy
-from services.cli.replay_again import again, lines_of, show_again
+from services.cli.replay_again import again, show_again, show_lines
 from services.cli.replay_again import data_of as again_data
 
 if TYPE_CHECKING:
@@ -98,8 +98,8 @@ def replay(
         typer.echo(jsonlib.dumps(data))
     else:
         _show(done, data)
-        for line in lines_of(same) if same is not None else []:
-            console.print(line, highlight=False, soft_wrap=True)
+        if same is not None:
+            show_lines(same)
         what = "report.json and pictures" if pictures else "report.json"
         console.print(f"{what} in {folder}", highlight=False)
 

@@ -41,13 +41,18 @@ def show_again(done: Again, json: bool) -> None:
     if json:
         show_json(data_of(done))
     else:
-        for line in lines_of(done):
-            console.print(line, highlight=False, soft_wrap=True)
         if done.transitions[0]:
             console.print(_transitions(done))
-        for note in done.notes:
-            console.print(f"[dim]note[/]  {escape(note)}", highlight=False, soft_wrap=True)
+        show_lines(done)
     raise typer.Exit(0 if (done.agrees if done.exact else done.decides_alike) else 1)
+
+
+def show_lines(done: Again) -> None:
+    """Print one line a topic, and below them what people should know of the comparison."""
+    for line in lines_of(done):
+        console.print(line, highlight=False, soft_wrap=True)
+    for note in done.notes:
+        console.print(f"[dim]note[/]  {escape(note)}", highlight=False, soft_wrap=True)
 
 
 def lines_of(done: Again) -> list[str]:

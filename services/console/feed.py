@@ -56,8 +56,6 @@ class Seen:
     health: Health
     at: float
     """When it was heard, by the clock of whoever calls ``hear`` [s]."""
-    restarts: int = 0
-    """Since this console listens."""
 
 
 class Feed:
@@ -123,11 +121,7 @@ class Feed:
 
     def _hear_health(self, health: Health, at: float) -> None:
         name = health.service
-        before = self.services.get(name)
-        restarts = 0
-        if before is not None:
-            restarts = before.restarts + (before.health.pid != health.pid)
-        self.services[name] = Seen(health, at, restarts)
+        self.services[name] = Seen(health, at)
         if name in self._p99:
             self._p99[name] = health.lateness.get("p99", np.nan)
             late = [self._p99[service] * 1e3 for service in T.SERVICES]

@@ -93,15 +93,14 @@ def services(feed: Feed, now: float) -> str:
         state = f"**silent for {silent:.0f} s**" if silent > SILENT else plain(h.state)
         rows.append(
             f"| {name} | {state} | {1 / mean if mean else 0:.0f} | "
-            f"{h.lateness.get('p99', 0.0) * 1e3:.2f} ms | {h.overruns} | {seen.restarts} |"
+            f"{h.lateness.get('p99', 0.0) * 1e3:.2f} ms | {h.overruns} | {h.restarts} |"
         )
         if h.detail:
             notes.append(f"- {name}: {plain(h.detail)}")
         if h.refused:
             refused = ", ".join(f"{plain(k)} {v}" for k, v in h.refused.items())
             notes.append(f"- {name} refused {refused}")
-    heading = "restarts: seen since this console listens"
-    return "\n".join([*rows, "", heading, "", *notes])
+    return "\n".join([*rows, "", *notes])
 
 
 def plain(text: str) -> str:

@@ -190,6 +190,7 @@ def heartbeat(
     ages: dict[str, float],
     refused: dict[str, int],
     answers: dict[str, float],
+    restarts: int = 0,
 ) -> Health:
     """The heartbeat of a loop, stamped inside it; ages of what was never heard are left out."""
     period, lateness = statistics.report()
@@ -200,6 +201,7 @@ def heartbeat(
         detail=state[1],
         progress=statistics.progress,
         pid=pid,
+        restarts=restarts,
         period=period,
         lateness=lateness,
         overruns=statistics.overruns,

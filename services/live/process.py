@@ -81,7 +81,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--mode", choices=("live", "paced"), default="live")
     parser.add_argument("--robot", default="r1")
     parser.add_argument("--observer", default="ekf")
-    parser.add_argument("--restarted", action="store_true", help="come up needing a resume")
+    parser.add_argument("--restarted", type=int, default=0, help="so often; needs a resume then")
     parser.add_argument("--epoch", type=float, help="local monotonic time of robot time 0")
     parser.add_argument("--ticks", type=int, help="paced: end after this many ticks")
     parser.add_argument("--rt", choices=("auto", "on", "off"), default="auto")
@@ -110,7 +110,7 @@ def _run(options: argparse.Namespace) -> None:
     live = options.mode == "live"
     if live and options.restarted:  # the others wait for us: be as important as they are at once
         realtime.favour(options.rt)
-    service = service or _build(options, options.service, options.restarted)
+    service = service or _build(options, options.service, bool(options.restarted))
     endpoints = _endpoints(options)
     if live:
         log.info("%s: %s", service.name, realtime.favour(options.rt))
@@ -165,7 +165,7 @@ def _record(options: argparse.Namespace, stop: threading.Event) -> None:
     endpoints = _endpoints(options)
     with open_bus(endpoints, options.robot, RECORDER, recorder.inputs, lossless=True) as bus:
         try:
-            run_live(recorder, bus, HeardClock(), stop)
+            run_live(recorder, bus, HeardClock(), stop, restarts=options.restarted)
             rest = Inbox(recorder.inputs)
             bus.drain(rest, None)
             recorder.step(0.0, rest)
@@ -199,6 +199,7 @@ def _live(
         stop,
         requests,
         spin=realtime.spin(options.rt, service.period),
+        restarts=options.restarted,
     )
 
 

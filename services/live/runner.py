@@ -34,8 +34,11 @@ class Pace(Protocol):
 class Heart:
     """Publishes a service's heartbeat from inside its loop."""
 
-    def __init__(self, service: Service, bus: Bus, statistics: LoopStatistics) -> None:
+    def __init__(
+        self, service: Service, bus: Bus, statistics: LoopStatistics, restarts: int = 0
+    ) -> None:
         self._service = service
+        self._restarts = restarts
         self._bus = bus
         self._statistics = statistics
         self._topic = HEALTH[service.name]
@@ -63,6 +66,7 @@ class Heart:
             ages,
             refused,
             self.answers.report(),
+            self._restarts,
         )
         self._bus.publish(self._topic, health)
 
@@ -106,6 +110,7 @@ def run_live(
     stop: threading.Event,
     requests: Requests | None = None,
     spin: float = 0.0,
+    restarts: int = 0,
 ) -> None:
     """Step a service until ``stop`` is set.
 
@@ -120,6 +125,7 @@ def run_live(
         stop: ends the run at the next tick.
         requests: whose actions are executed between steps.
         spin: busy-wait before each deadline [s].
+        restarts: how often the service was restarted before.
     """
     pace: Pace
     trigger: Arrivals | None = getattr(service, "driven_by", None)
@@ -133,7 +139,7 @@ def run_live(
     for topic in (*service.inputs, *extra):
         bus.hear(topic)
     inbox = Inbox((*service.inputs, *extra))
-    heart = Heart(service, bus, pace.statistics)
+    heart = Heart(service, bus, pace.statistics, restarts)
     grid = Grid(service.period, clock.slip) if service.name == ROBOT_PROCESS else None
     while not stop.is_set():
         pace.wait()

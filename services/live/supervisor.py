@@ -132,6 +132,7 @@ class _Watched:
     started: float = 0.0
     lost: float = 0.0
     failures: int = 0
+    restarts: int = 0
     due: float = 0.0
     was_ready: bool = False
 
@@ -257,13 +258,14 @@ class Supervisor:
         watched.states.fire("Due")
         watched.progress = -1
         watched.started = watched.advanced = time.monotonic()
+        watched.restarts += restarted
         spare = await self._spares.take(name) if restarted else None
-        args = self._page() if name == CONSOLE else self._args(name, restarted)
+        args = self._page() if name == CONSOLE else self._args(name, watched.restarts)
         watched.pid = spare or await self._pool.start(name, args)
         self._tell(name, "started", f"process {watched.pid}{', a spare' if spare else ''}")
 
-    def _args(self, name: str, restarted: bool) -> list[str]:
-        """What a service is started with."""
+    def _args(self, name: str, restarts: int) -> list[str]:
+        """What a service is started with, that was restarted so often."""
         plan = self.plan
         args = ["-m", "services.live.process", "--service", name, "--scenario", str(plan.scenario)]
         args += ["--seed", str(plan.seed), "--mode", plan.mode, "--run-dir", str(plan.run_dir)]
@@ -277,7 +279,7 @@ class Supervisor:
             args += ["--keys", str(plan.spread.keys)]
         args += ["--log", str(plan.log)] if plan.log is not None else []
         args += ["--ticks", str(plan.ticks)] if plan.ticks is not None else []
-        return [*args, "--restarted"] if restarted else args
+        return [*args, "--restarted", str(restarts)] if restarts else args
 
     async def _keep_spares(self, now: float) -> None:
         """One for every service that others wait for, while all is calm."""
@@ -285,7 +287,9 @@ class Supervisor:
         if calm and self.plan.spares and self.plan.mode == "live":
             for name in self.plan.services:
                 if name != RECORDER:
-                    await self._spares.keep(name, self._args(name, restarted=True))
+                    await self._spares.keep(
+                        name, self._args(name, self._watched[name].restarts + 1)
+                    )
 
     async def _watch(self) -> None:
         """One round: sleep, listen, look after the dead, the hung and those due for a restart."""

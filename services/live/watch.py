@@ -108,10 +108,11 @@ def render(heard: Heard) -> RenderableType:
 
 
 def _loops(heard: Heard) -> Table:
-    """One row of figures per service, and below it what it says, its inputs and refusals."""
+    """One row per service: state, restarts, figures; below, why, its inputs and refusals."""
     table = Table(title="loops (milliseconds)", box=None, pad_edge=False)
-    table.add_column("")
-    for column in ("Hz", "std", "max", "late 50%", "99%", "max", "missed", "ticks"):
+    for column in ("", "state"):
+        table.add_column(column)
+    for column in ("restarts", "Hz", "std", "max", "late 50%", "99%", "max", "missed", "ticks"):
         table.add_column(column, justify="right")
     newest = max(health.t for health in heard.values())
     for name in sorted(heard, key=lambda name: list(TOPICS).index(name)):
@@ -121,7 +122,9 @@ def _loops(heard: Heard) -> Table:
         mean = period.get("mean", 0.0)
         silent = newest - health.t > SILENT
         table.add_row(
-            Text(health.service + (" silent" if silent else ""), "bold red" if silent else "bold"),
+            Text(health.service, "bold red" if silent else "bold"),
+            Text("silent", "bold red") if silent else Text(health.state),
+            Text(str(health.restarts), "yellow" if health.restarts else ""),
             f"{1 / mean:.0f}" if mean else "-",
             *(_ms(period.get(key)) for key in ("std", "max")),
             *(_ms(late.get(key)) for key in ("p50", "p99", "max")),
@@ -131,10 +134,10 @@ def _loops(heard: Heard) -> Table:
     lines = []
     for health in heard.values():
         assert isinstance(health, Health)
-        said = f"{health.service}: {health.state} {health.detail}".rstrip()
         ages = ", ".join(f"{key} {age * 1e3:.0f} ms" for key, age in health.ages.items())
         refused = ", ".join(f"{key} {count}" for key, count in health.refused.items())
-        lines.append(said + (f"; heard {ages}" if ages else ""))
+        said = [health.detail] * bool(health.detail) + [f"heard {ages}"] * bool(ages)
+        lines += [f"{health.service}: {'; '.join(said)}"] if said else []
         lines += [f"{health.service}: refused {refused}"] if refused else []
     table.caption = Text("\n".join(lines))
     table.caption_justify = "left"

@@ -117,7 +117,8 @@ def series_of(path: Path, field: str) -> dict[str, tuple[Array, Array]]:
     topic, _, wanted = field.partition(":")
     table = tables_of(path, (topic,)).get(topic)
     if table is None:
-        raise not_there(path, topic)
+        missing = not_there(path, topic)
+        raise BadLog(f"{missing}. A field is TOPIC:FIELD, as in robot/imu:gyro")
     times = np.asarray(table[STAMP])
     numbers = {
         name: np.asarray(column, dtype=np.float64)

@@ -9,6 +9,7 @@ from typing import Any
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from observer.recordings.figure import Figure as Told
 from observer.recordings.lags import LagCurve, lag_curves
@@ -90,6 +91,10 @@ def _distances(done: Replayed, axis: Any) -> None:
     if max(spread) > 8.0 * min(spread) > 0.0:
         axis.set_yscale("log")
         axis.set_ylim(bottom=0.2 * factor * min(spread))
+        # plain numbers, and enough of them: powers of ten alone leave most of the axis unmarked
+        axis.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axis.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axis.yaxis.set_minor_formatter(NullFormatter())
     else:
         axis.set_ylim(bottom=0.0)
     if done.recording.reference_sigma:
@@ -98,7 +103,7 @@ def _distances(done: Replayed, axis: Any) -> None:
     axis.set(
         xlabel="t [s]",
         ylabel=f"distance from the reference, rms over {over:.2g} s [{unit}]",
-        title="odometry at its stamps: as if it came at once; hold: from when it comes",
+        title="`odometry at its stamps` is read as if it came at once, `hold` from when it came",
     )
     axis.title.set_fontsize(10)
     axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.1), ncols=2, fontsize=9)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from observer.metrics import chi2_band
 from services.logs.runlog import RunLog
-from services.reports.curves import hermite
+from services.reports.curves import broken, hermite, known
 from services.topics import ESTIMATE, TRUTH
 
 Array = NDArray[np.float64]
@@ -75,7 +75,10 @@ def _errors(log: RunLog) -> tuple[tuple[Array, Array], float]:
     if len(truth) < 2 or not kept:
         return (np.zeros(0), np.zeros(0)), math.nan
     stamps = np.array([x.t for x in truth])
-    kept = [e for e in kept if stamps[0] <= e.t <= stamps[-1]]
+    there = known(np.array([e.t for e in kept]), stamps)
+    kept = [e for e, k in zip(kept, there, strict=True) if k]
+    if not kept:
+        return (np.zeros(0), np.zeros(0)), math.nan
     t = np.array([e.t for e in kept])
     pose, rate = np.array([x.pose for x in truth]), np.array([x.velocity for x in truth])
     error = np.array([e.pose for e in kept]) - hermite(t, stamps, pose, rate)
@@ -102,7 +105,8 @@ def consistency(log: RunLog, title: str) -> Figure | None:
     for axis, (name, (t, x)) in zip(np.atleast_1d(axes), panels, strict=True):
         k = slice(None, None, max(1, len(t) // 8000))
         axis.plot(t[k], np.maximum(x[k], 1e-2), ls="", marker=".", ms=2.5, color=DOTS)
-        axis.plot(t[k], _running(t, x)[k], color=MEAN, lw=1.4, label=f"mean over {WINDOW:g} s")
+        mean = broken(t[k], _running(t, x)[k], hole=WINDOW)
+        axis.plot(*mean, color=MEAN, lw=1.4, label=f"mean over {WINDOW:g} s")
         axis.axhline(DOF, color=RIGHT, lw=1.2, label="3 is right")
         axis.axhline(chi2_band(DOF, 1)[1], color=RIGHT, lw=0.8, ls="--", label="97.5 % below this")
         axis.set(yscale="log", ylim=(1e-2, max(50.0, float(x.max()) * 1.3)), ylabel=name)

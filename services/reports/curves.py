@@ -7,6 +7,25 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+HOLE = 0.1
+"""Between samples further apart than this nothing is known: who took them was gone [s]."""
+
+
+def known(t: Array, ts: Array) -> NDArray[np.bool_]:
+    """Whether instants (n,) [s] lie among samples at ts (m,), and not in a hole between them."""
+    if len(ts) == 0:
+        return np.zeros(len(t), dtype=bool)
+    after = np.searchsorted(ts, t, side="left").clip(0, len(ts) - 1)
+    before = np.searchsorted(ts, t, side="right").clip(1, len(ts)) - 1
+    inside = (t >= ts[0]) & (t <= ts[-1])
+    return np.asarray(inside & (ts[after] - ts[before] <= HOLE))
+
+
+def broken(t: Array, *columns: Array, hole: float = HOLE) -> tuple[Array, ...]:
+    """Samples at t (n,) and their columns (n, ...), with NaN in every hole: a line breaks there."""
+    after = np.flatnonzero(np.diff(t) > hole) + 1
+    return tuple(np.insert(np.asarray(c, float), after, np.nan, axis=0) for c in (t, *columns))
+
 
 def distance_to_path(points: Array, path: Array) -> Array:
     """Distance of points (n, 2) to a polyline (m, 2) [m], shape (n,)."""

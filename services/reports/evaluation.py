@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from deploy.task import BoardPose
 from services.logs.runlog import RunLog
 from services.messages import ArmStatus
-from services.reports.curves import axis_ratio, distance_to_path, hermite, rms
+from services.reports.curves import HOLE, axis_ratio, distance_to_path, hermite, known, rms
 from services.topics import ARM_COMMAND, ARM_STATUS, ESTIMATE, TRUTH
 
 Array = NDArray[np.float64]
@@ -169,18 +169,20 @@ def estimate_figures(log: RunLog) -> dict[str, float | None]:
     t = np.array([x.t for x in truth])
     te = np.array([e.t for e in estimates])
     pose = np.array([e.pose for e in estimates])
-    inside = (te >= t[0]) & (te <= t[-1])
-    te, first = np.unique(te[inside], return_index=True)  # robot time may have stood still
-    pose = pose[inside][first]
+    there = known(te, t)
+    te, first = np.unique(te[there], return_index=True)  # robot time may have stood still
+    pose = pose[there][first]
     if len(te) < 2:
         return dict.fromkeys(ESTIMATE_FIGURES)
     true = hermite(te, t, np.array([x.pose for x in truth]), np.array([x.velocity for x in truth]))
     error = pose - true
-    steps = np.diff(error[:, :2], axis=0) / (1e3 * np.diff(te))[:, None]
+    apart = np.diff(te)
+    steps = (np.diff(error[:, :2], axis=0) / (1e3 * apart)[:, None])[apart <= HOLE]
     return {
         "estimate_rms_mm": 1e3 * rms(np.hypot(error[:, 0], error[:, 1])),
         "estimate_rms_deg": float(np.degrees(rms(error[:, 2]))),
-        "estimate_max_step_mm_per_ms": 1e3 * float(np.hypot(steps[:, 0], steps[:, 1]).max()),
+        "estimate_max_step_mm_per_ms": 1e3
+        * float(np.hypot(steps[:, 0], steps[:, 1]).max(initial=0.0)),
     }
 
 

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from services.logs.runlog import RunLog
 from services.messages import ArmStatus, BaseStatus, Estimate
-from services.reports.curves import hermite
+from services.reports.curves import hermite, known
 from services.topics import ARM_STATUS, BASE_STATUS, ESTIMATE, HEALTH, REQUEST, TRUTH, Topic
 
 GAP = 0.5
@@ -81,11 +81,11 @@ def disturbances_of(log: RunLog) -> list[Span]:
         if before is not None and m.t - before.t > SILENT:
             out.append(Span(before.t, m.t, "nothing in the log"))
         for name in m.disturbances:
-            known = open_.get(name)
-            if known is not None and m.t - known.end < GAP:
-                open_[name] = Span(known.start, m.t, name)
+            last = open_.get(name)
+            if last is not None and m.t - last.end < GAP:
+                open_[name] = Span(last.start, m.t, name)
             else:
-                out += [known] if known else []
+                out += [last] if last else []
                 open_[name] = Span(m.t, m.t, name)
     return sorted([*out, *open_.values()], key=lambda s: s.start)
 
@@ -184,8 +184,8 @@ def _estimate_error(log: RunLog) -> tuple[Any, Any]:
     rates = np.array([m.velocity for m in truth])
     true = hermite(t, stamps, np.array([m.pose for m in truth]), rates)
     away = np.array([e.pose for e in estimates]) - true
-    known = (t >= stamps[0]) & (t <= stamps[-1]) & np.array([e.valid for e in estimates])
-    return t[known], np.hypot(away[known, 0], away[known, 1])
+    kept = known(t, stamps) & np.array([e.valid for e in estimates])
+    return t[kept], np.hypot(away[kept, 0], away[kept, 1])
 
 
 def timeline(log: RunLog, title: str) -> Figure | None:

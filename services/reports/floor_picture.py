@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from deploy.robot import Equipped, load_robot
 from services.logs.runlog import RunLog
+from services.reports.curves import HOLE, known
 from services.reports.floor_things import (
     HALO,
     Way,
@@ -148,7 +149,9 @@ def _ticks(axis: Any, largest: float) -> None:
 
 
 def _estimated(axis: Any, log: RunLog, way: Way) -> None:
-    kept = [e for e in log.series(ESTIMATE)[::5] if e.valid and way.t[0] <= e.t <= way.t[-1]]
+    said = [e for e in log.series(ESTIMATE)[::5] if e.valid]
+    there = known(np.array([e.t for e in said]), way.t)
+    kept = [e for e, k in zip(said, there, strict=True) if k]
     if not kept:
         return
     pose = np.array([e.pose[:2] for e in kept])
@@ -161,9 +164,9 @@ def _estimated(axis: Any, log: RunLog, way: Way) -> None:
 
 def _driven(axis: Any, way: Way) -> LineCollection:
     speed = np.hypot(*way.velocity[:, :2].T)
-    points = way.pose[::4, :2]
-    pieces = list(np.stack([points[:-1], points[1:]], axis=1))
-    lines = LineCollection(pieces, cmap=SPEED, array=speed[::4][:-1], lw=3.5, zorder=3)
+    points, whole = way.pose[::4, :2], np.diff(way.t[::4]) <= HOLE
+    pieces = list(np.stack([points[:-1], points[1:]], axis=1)[whole])
+    lines = LineCollection(pieces, cmap=SPEED, array=speed[::4][:-1][whole], lw=3.5, zorder=3)
     lines.set_clim(0.0, max(float(np.percentile(speed, 99.5)), 0.01))
     lines.set_capstyle("round")
     axis.add_collection(lines)
@@ -193,7 +196,8 @@ def _outlines(axis: Any, way: Way, radius: float, taken: list[Array], scenario: 
     usual = float(np.median(speed[speed > SLOW])) if (speed > SLOW).any() else SLOW
     for step in (1.0, 2.0, 5.0, 10.0, 20.0, 60.0, 300.0, 3600.0):
         shown, middles = [], list(taken)
-        for t in np.arange(step, way.t[-1], step):
+        times = np.arange(step, way.t[-1], step)
+        for t in times[known(times, way.t)]:
             middle = way.at(t)[0, :2]
             if min(np.hypot(*(middle - other)) for other in middles) > APART * radius:
                 middles.append(middle)
@@ -205,7 +209,7 @@ def _outlines(axis: Any, way: Way, radius: float, taken: list[Array], scenario: 
         _outline(axis, pose, radius, "0.35")
         _time(axis, pose, later[:2] - pose[:2], radius, t)
     if shown:
-        label = f"platform every {step:g} s, where\nthere is room (tick: heading)"
+        label = f"platform every {step:g} s,\nwhere there is room"
         axis.plot([], [], "o", mfc="none", mec="0.35", ms=12, label=label)
         walkers(axis, scenario, np.arange(step, way.t[-1], step))
 
@@ -222,7 +226,7 @@ def _time(axis: Any, pose: Array, along: Array, radius: float, t: float) -> None
 def _ends(axis: Any, way: Way, scenario: Scenario, radius: float) -> None:
     base = scenario.task.base
     _outline(axis, way.pose[0], radius, START, lw=2.0)
-    axis.plot([], [], "o", mfc="none", mec=START, mew=2, ms=12, label="start")
+    axis.plot([], [], "o", mfc="none", mec=START, mew=2, ms=12, label="start (tick: heading)")
     if base.goal is not None:
         goal = np.array(base.goal)
         _outline(axis, goal, radius, GOAL, lw=1.6, fill=True, facecolor=f"{GOAL}22", zorder=2.2)
@@ -234,6 +238,8 @@ def _ends(axis: Any, way: Way, scenario: Scenario, radius: float) -> None:
         axis.annotate("", (x + tip[0], y + tip[1]), (x, y), arrowprops={"color": GOAL, "width": 2})
         axis.plot(x, y, "D", color=GOAL, ms=8, zorder=4.5, label="object, arrow out of its front")
     _outline(axis, way.pose[-1], radius, "black", lw=1.6)
+    for pose, colour in ((way.pose[0], START), (way.pose[-1], "black")):  # on the way itself
+        axis.plot(*pose[:2], "o", color=colour, ms=7, mec="white", mew=1.2, zorder=4.6)
     label = f"end, after {way.t[-1]:.3g} s"
     axis.plot([], [], "o", mfc="none", mec="black", mew=1.6, ms=12, label=label)
 

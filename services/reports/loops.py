@@ -9,7 +9,11 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from services.logs.runlog import RunLog
+from services.reports.curves import broken
 from services.topics import HEALTH
+
+SILENT = 1.0
+"""Between two heartbeats that belong together [s]; five come a second."""
 
 COLOURS = {
     "arm": "#1f4e9c",
@@ -31,11 +35,11 @@ def loops(log: RunLog, title: str) -> Figure | None:
         2, 1, figsize=(13, 5.5), sharex=True, sharey=True, layout="constrained"
     )
     for name, found in beats.items():
-        t = [h.t for h in found]
+        t = np.array([h.t for h in found])
         colour = COLOURS.get(name, "black")
         for axis, key in ((usual, "p99"), (worst, "max")):
-            late = [max(1e3 * h.lateness[key], 1e-2) for h in found]
-            axis.plot(t, late, color=colour, lw=1.0, label=name)
+            late = np.array([max(1e3 * h.lateness[key], 1e-2) for h in found])
+            axis.plot(*broken(t, late, hole=SILENT), color=colour, lw=1.0, label=name)
         again = [b.t for a, b in itertools.pairwise(found) if a.pid != b.pid]
         for at in again:
             worst.axvline(at, color=colour, ls=":", lw=1.2)

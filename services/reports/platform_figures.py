@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from deploy.task import BaseTask
 from services.logs.runlog import RunLog
 from services.messages import BASE_ENDED
+from services.reports.curves import HOLE
 from services.topics import BASE_COMMAND, BASE_STATUS, TRUTH
 
 Array = NDArray[np.float64]
@@ -52,8 +53,10 @@ def platform_figures(log: RunLog, task: BaseTask) -> dict[str, float | None]:
     if len(truth) < 2 or not commands or not (moved or task.behaviour != "hold_still"):
         return out
     pose = np.array([x.pose for x in truth])
-    apart = max(1, round(STEP / max(truth[1].t - truth[0].t, 1e-9)))
-    out["platform_way_m"] = float(np.hypot(*np.diff(pose[::apart, :2], axis=0).T).sum())
+    stamps = np.array([x.t for x in truth])
+    apart = max(1, round(STEP / max(stamps[1] - stamps[0], 1e-9)))
+    steps = np.hypot(*np.diff(pose[::apart, :2], axis=0).T)
+    out["platform_way_m"] = float(steps[np.diff(stamps[::apart]) <= HOLE].sum())
     clearance = min(x.clearance for x in truth)
     if clearance < NO_OBSTACLE:
         out["platform_clearance_mm"] = 1e3 * clearance

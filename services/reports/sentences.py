@@ -12,7 +12,7 @@ from services.logs.runlog import RunLog
 from services.reports.consistency import DOF, consistency_of
 from services.reports.faults import disturbances_of
 from services.reports.loops import worst_of
-from services.topics import ARM_COMMAND, ESTIMATE
+from services.topics import ARM_COMMAND, BOARD, ESTIMATE
 
 Figures = Mapping[str, Any]
 
@@ -34,10 +34,12 @@ def estimate(log: RunLog, f: Figures) -> str:
     """Of the observer's pose against the truth."""
     if f.get("estimate_rms_mm") is None:
         return "The observer's pose (blue) was never valid beside a truth (orange)."
+    seen = "; green: the same error, with the board where the camera sees it"
     return (
         f"The observer's pose (blue) is {_n(f, 'estimate_rms_mm')} mm and"
         f" {_n(f, 'estimate_rms_deg')} deg rms from the truth (orange), beside it the error within"
-        " the three standard deviations that the observer itself reports (grey)."
+        " the three standard deviations that the observer itself reports (grey)"
+        f"{seen if log.series(BOARD) else ''}."
     )
 
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from services.logs.runlog import RunLog
 from services.messages import ArmStatus, BaseStatus, Truth
+from services.reports.curves import broken
 from services.topics import ARM_STATUS, BASE_STATUS, TRUTH
 
 Array = NDArray[np.float64]
@@ -44,9 +45,8 @@ def sharing(log: RunLog, title: str) -> Figure | None:
 
 
 def _places(upper: Any, lower: Any, truth: list[Truth], along: Array) -> None:
-    t = np.array([x.t for x in truth])
-    pose = np.array([x.pose for x in truth])
-    tip = np.array([x.tip for x in truth])
+    pose, tip = np.array([x.pose for x in truth]), np.array([x.tip for x in truth])
+    t, pose, tip = broken(np.array([x.t for x in truth]), pose, tip)
     platform = pose[:, :2] @ along
     upper.plot(t, tip[:, 0], color=TOOL, label="pen")
     upper.plot(t, platform, color=PLATFORM, label="platform")
@@ -59,8 +59,8 @@ def _places(upper: Any, lower: Any, truth: list[Truth], along: Array) -> None:
 
 
 def _speeds(axis: Any, truth: list[Truth], arm: list[ArmStatus], along: Array) -> None:
-    t = np.array([x.t for x in truth])
     velocity = np.array([x.velocity for x in truth])
+    t, velocity = broken(np.array([x.t for x in truth]), velocity)
     axis.plot(t, 1e3 * velocity[:, :2] @ along, color=PLATFORM, label="platform, along the board")
     speed = [1e3 * float(np.linalg.norm(s.tool_velocity)) for s in arm]
     axis.plot([s.t for s in arm], speed, color=TOOL, label="pen, along its line")

@@ -45,7 +45,7 @@ def connected(workers: int, address: str | None) -> Iterator[Client]:
                     threads_per_worker=1,
                     processes=True,
                     host="127.0.0.1",
-                    dashboard_address=None,
+                    dashboard_address="127.0.0.1:0",  # any: a port that is taken is warned of
                     memory_limit=0,  # else a worker pauses by what others on the machine use
                     local_directory=scratch,
                     env=ONE_THREAD,

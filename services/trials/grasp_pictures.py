@@ -45,15 +45,19 @@ def palms(row: Mapping[str, Any]) -> Figure:
 def overhead(rows: Sequence[Mapping[str, Any]]) -> Figure:
     """Fig 6: platform and palms over the floor, the box at the origin."""
     figure, axis = plt.subplots(figsize=(6, 5), layout="constrained")
-    axis.add_patch(Rectangle((-BOX[0] / 2, -BOX[1] / 2), *BOX, fill=False))
+    axis.add_patch(Rectangle((-BOX[0] / 2, -BOX[1] / 2), *BOX, fill=False, label="box"))
+    axis.plot([], [], "o-", color=DRAWN, lw=1, ms=4, label="middle of the platform, from its start")
+    axis.plot([], [], color=MEANT, lw=1, label="palms, from when they reach")
     for row in rows:
         base = np.array(row["paths"]["base"])
         axis.plot(base[:, 0], base[:, 1], color=DRAWN, lw=1)
+        axis.plot(*base[0, :2], "o", color=DRAWN, ms=4)
         for name in PALMS:
             path = np.array(row["paths"][name])
             started = np.array(row["paths"]["t"])[:, 0] >= (row["start_s"] or 0.0)
             axis.plot(path[started, 0], path[started, 1], color=MEANT, lw=1)
-    _square(axis, "paths of platform and palms")
+    _square(axis, "paths of platform and palms, from above")
+    figure.legend(loc="outside lower center", ncols=2, fontsize="small")
     return figure
 
 

@@ -7,6 +7,7 @@ import pytest
 
 from services.console.feed import Feed, between, inverse, moved
 from services.console.track import RATE, SPAN, Track
+from services.console.words import services
 from services.messages import ArmStatus, Estimate, Health, Truth
 from services.topics import ARM_STATUS, ESTIMATE, HEALTH, TRUTH
 
@@ -72,12 +73,12 @@ def test_innovations_are_in_deviations_and_nothing_where_there_are_none() -> Non
     assert np.isnan(feed.tracks["imu"].window(0.0, 2.0)[1]).all()
 
 
-def test_restarts_are_counted_by_process() -> None:
-    """A heartbeat of another process is a restart, one of the same process is none."""
+def test_restarts_are_those_the_service_tells_of() -> None:
+    """Also of a page that began to listen after them."""
     feed = Feed()
-    for at, pid in enumerate((10, 10, 11, 11, 12)):
-        feed.hear(HEALTH["arm"], Health(t=float(at), service="arm", pid=pid), float(at))
-    assert feed.services["arm"].restarts == 2
+    feed.hear(HEALTH["arm"], Health(t=1.0, service="arm", state="idle", restarts=2), 1.0)
+    (row,) = [line for line in services(feed, 1.0).splitlines() if line.startswith("| arm |")]
+    assert row.endswith("| 2 |")
 
 
 def test_another_run_begins_with_an_empty_board_and_empty_plots() -> None:

@@ -15,6 +15,7 @@ from rich.console import Console
 from service_toys import TOYS
 from typer.testing import CliRunner
 
+from deploy.robot import ROBOTS
 from services.cli.main import app
 from services.live.clock import EpochClock, HeardClock
 from services.live.runner import run_live
@@ -25,6 +26,7 @@ from services.topics import SERVICES
 from services.wire.bus import open_bus
 from services.wire.endpoints import local
 from sim.disturbance import KINDS
+from sim.scenario import scenario_names
 
 runner = CliRunner()
 
@@ -124,6 +126,81 @@ def test_program_check(tmp_path: Path) -> None:
     assert runner.invoke(app, ["program", "check", str(tmp_path / "none")]).exit_code == 1
     good = [str(path) for path in PROGRAMS.glob("whiteboard*.hds")]
     assert runner.invoke(app, ["program", "check", *good]).exit_code == 0
+
+
+def test_a_program_that_is_not_there_has_a_name_beside_it(tmp_path: Path) -> None:
+    """The nearest one is suggested, none where none is near; a text that is none is cut short."""
+    for name, said in (("whitboard.hds", "did you mean 'whiteboard.hds'"), ("nosuch.hds", "")):
+        result = runner.invoke(app, ["program", "check", name])
+        assert result.exit_code == 1
+        first, *rest = result.output.splitlines()
+        assert first.startswith(f"{name}: error[unreadable]: no program {name!r}")
+        assert said in first and ("did you mean" in first) == bool(said)
+        assert rest == ["1 error, 0 warnings"]
+    text = tmp_path / "letter.txt"
+    text.write_text("Dear all, this is no program; it is a letter.\n" * 100)
+    result = runner.invoke(app, ["program", "check", str(text)])
+    errors = int(re.findall(r"(\d+) errors", result.output)[-1])
+    assert errors > 100 and len(result.output.splitlines()) < 200
+    findings = json.loads(runner.invoke(app, ["program", "check", str(text), "--json"]).output)
+    assert len(findings["findings"]) == errors
+
+
+def test_scenarios_and_robots_are_listed() -> None:
+    """Every one, each in one line with what its own file says."""
+    result = runner.invoke(app, ["list"])
+    assert result.exit_code == 0, result.output
+    data = json.loads(runner.invoke(app, ["list", "--json"]).output)
+    assert set(data["scenarios"]) == set(scenario_names())
+    assert set(data["robots"]) == {p.parent.name for p in ROBOTS.glob("*/robot.toml")}
+    lines = result.output.splitlines()
+    for name, about in (data["scenarios"] | data["robots"]).items():
+        assert about["description"], name
+        assert any(x.split() == [name, *about["description"].split()] for x in lines), name
+    assert {s["robot"] for s in data["scenarios"].values()} <= set(data["robots"])
+
+
+@pytest.mark.parametrize("command", ["run", "up"])
+def test_a_robot_that_is_not_there_is_the_scenario_s_mistake(command: str, tmp_path: Path) -> None:
+    """The file to mend is named, not one that does not exist."""
+    bad = tmp_path / "mine.toml"
+    bad.write_text('robot = "xr4000_puma"\n')
+    result = runner.invoke(app, [command, str(bad)])
+    assert result.exit_code == 2
+    assert f"{bad}: robot: no such robot (did you mean 'xr4000_puma560'?)" in result.stderr
+    assert "robot.toml" not in result.stderr
+
+
+def test_a_stopped_bench_says_what_it_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Ctrl-C: figures of the runs that were done, how many those are, and exit code 130."""
+    from services.bench import base as base_bench
+    from services.bench import loop as loop_bench
+
+    real, asked = base_bench.run_one, []
+
+    def run_one(job: base_bench.Job) -> base_bench.Result:
+        asked.append(job)
+        if len(asked) > 2:
+            raise KeyboardInterrupt
+        return real(job)
+
+    monkeypatch.setattr(base_bench, "run_one", run_one)
+    bench = ["bench", "base", "--cases", "position", "--seeds", "1000-1005"]
+    result = runner.invoke(app, bench)
+    assert result.exit_code == 130
+    assert "position: by its own sensors" in result.output
+    assert "stopped after 2 of 6 runs; the figures are of these" in result.stderr
+    result = runner.invoke(app, bench)
+    assert (result.exit_code, result.stdout.count("position")) == (130, 0)
+    assert "stopped after 0 of 6 runs; nothing is kept" in result.stderr
+
+    def stopped(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(loop_bench, "measure", stopped)
+    result = runner.invoke(app, ["bench", "loop", "--load", "quiet"])
+    assert result.exit_code == 130
+    assert "stopped after 0 of 3 blocks; nothing is kept" in result.stderr
 
 
 def test_doctor(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -242,11 +319,25 @@ def test_a_process_that_fell_silent_is_marked_in_loops() -> None:
     """Its old figures are not taken for new ones."""
     heard = {f"{s}/health": Health(t, s) for s, t in (("sim", 9.0), ("arm", 6.0))}
     text = _shown(heard)
-    assert "arm silent" in text and "sim silent" not in text
+    assert re.search(r"^arm +silent", text, re.M) and not re.search(r"^sim +silent", text, re.M)
 
 
-def _shown(heard: dict[str, Message]) -> str:
-    console = Console(width=120, file=io.StringIO())
+def test_states_and_restarts_are_in_the_row_of_each_service() -> None:
+    """One look says who is in what state and who had to be restarted; why is below."""
+    reason = "estimate of the platform is 60 ms old"
+    heard: dict[str, Message] = {
+        "arm/health": Health(9.0, "arm", "safe_hold", reason, restarts=2),
+        "sim/health": Health(9.0, "sim", "running"),
+    }
+    text = _shown(heard, width=80)
+    assert re.search(r"^ +state +restarts +Hz", text, re.M)
+    assert re.search(r"^arm +safe_hold +2 ", text, re.M)
+    assert re.search(r"^sim +running +0 ", text, re.M)
+    assert f"arm: {reason}" in text
+
+
+def _shown(heard: dict[str, Message], width: int = 120) -> str:
+    console = Console(width=width, file=io.StringIO())
     console.print(render(heard))
     assert isinstance(console.file, io.StringIO)
     return console.file.getvalue()

@@ -342,7 +342,11 @@ def test_any_numbers_can_be_drawn(file: Path, tmp_path: Path) -> None:
     assert out.stat().st_size > 10_000
     t, values = series_of(file, "robot/imu:gyro.2")["robot/imu:gyro.2"]
     assert len(t) == len(values) > 250
-    for field, said in (("robot/imu:mag", "Fields: accel, gyro"), ("imu:gyro", "Topics: arm/")):
+    for field, said in (
+        ("robot/imu:mag", "Fields: accel, gyro"),
+        ("imu:gyro", "Topics: arm/"),
+        ("gyro", "A field is TOPIC:FIELD, as in robot/imu:gyro"),
+    ):
         result = runner.invoke(app, ["log", "plot", str(file), field])
         assert result.exit_code == 2 and said in " ".join(result.stderr.split())
     result = runner.invoke(app, ["log", "plot", str(file), "robot/imu", "-o", "x.txt"])

@@ -178,3 +178,16 @@ def test_the_arm_service_grants_and_refuses_jumps() -> None:
         reply = act()
         assert not reply.accepted
         assert "pause its program first" in reply.reason
+
+
+def test_a_start_by_a_name_that_is_none_says_which_there_are() -> None:
+    """In the words of who asked: no folder of ours, no key of a scenario."""
+    from services.arm_service import ArmService
+    from sim.scenario import Scenario
+
+    service = ArmService(Scenario(), live=True, restarted=False)
+    with pytest.raises(ValueError) as caught:
+        service.prepare("start", {"program": "whitboard.hds"})
+    said = str(caught.value)
+    assert said.startswith("no program 'whitboard.hds' (did you mean 'whiteboard.hds'?). Known: ")
+    assert "long_line.hds" in said and "/" not in said and "task" not in said

@@ -272,6 +272,20 @@ def test_baselines_get_the_poses_where_the_filter_gets_speeds(
     assert done.scores["hold"].position_rms < 0.02
 
 
+def test_distances_are_marked_in_plain_numbers(folder: Path) -> None:
+    """Where they differ too much for a level axis: at least three marks that read as numbers."""
+    figure = track(replay_recording(open_recording(folder)))
+    assert figure is not None
+    figure.draw_without_rendering()
+    axis = figure.axes[1]
+    assert axis.get_yscale() == "log"
+    low, high = axis.get_ylim()
+    ticks = zip(axis.yaxis.get_majorticklocs(), axis.yaxis.get_majorticklabels(), strict=True)
+    marks = [label.get_text() for at, label in ticks if low <= at <= high]
+    assert len(marks) >= 3 and all(float(mark) > 0.0 for mark in marks)
+    plt.close(figure)
+
+
 def test_a_perfect_track_is_drawn(run: Run) -> None:
     """Errors of exactly zero: nothing is divided by them."""
     done = replay_recording(recording_of(run.log, {}), "hold")

@@ -14,7 +14,9 @@ from pathlib import Path
 import psutil
 import pytest
 from patience import PATIENCE, Command, until
+from typer.testing import CliRunner
 
+from services.cli.main import app
 from services.live.supervisor import backoff
 from services.topics import SERVICES
 
@@ -74,7 +76,10 @@ def _runs(process: psutil.Process) -> bool:
 
 @pytest.mark.processes
 def test_killed_services_come_back_and_the_end_is_clean(run_dir: Path) -> None:
-    """Any one killed, the first included, is restarted alone; Ctrl-C leaves no process."""
+    """Any one killed, the first included, is restarted alone; Ctrl-C leaves no process.
+
+    How often is in the heartbeats, for ``steadyhand watch``.
+    """
     up = Up(run_dir)
     children = up.wait_ready()
     assert up.events("ready") == list(SERVICES)
@@ -85,6 +90,12 @@ def test_killed_services_come_back_and_the_end_is_clean(run_dir: Path) -> None:
     after = up.children()
     assert all(after[name].pid != children[name].pid for name in children)
     assert "--restarted" in after["arm"].cmdline()
+    after["arm"].kill()
+    until(lambda: up.events("restarted").count("arm") == 2, "arm again", up.failed)
+    after = up.children()
+    shown = CliRunner().invoke(app, ["watch", "--once", "--json", "--run-dir", str(run_dir)])
+    restarts = {h["service"]: h["restarts"] for h in json.loads(shown.output).values()}
+    assert restarts == {"sim": 1, "observer": 1, "arm": 2, "base": 1}
     assert up.end() == 0
     assert _gone(after)
 

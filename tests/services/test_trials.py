@@ -6,9 +6,11 @@ import contextlib
 import json
 import os
 import signal
+import socket
 import subprocess
 import sys
 import textwrap
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -172,6 +174,20 @@ def test_a_cluster_that_does_not_answer(tmp_path: Path, monkeypatch: pytest.Monk
     assert "without --cluster" in error
     other = refused("--cluster", "nonsense://x", "--out", tmp_path, exit_code=1)
     assert "no Dask scheduler" in other
+
+
+def test_a_port_that_others_have_is_no_concern() -> None:
+    """Somebody else's Dask dashboard on this machine is not warned of."""
+    from services.trials.cluster import connected
+
+    with socket.socket() as other, warnings.catch_warnings():
+        other.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        with contextlib.suppress(OSError):  # then it is taken already
+            other.bind(("127.0.0.1", 8787))
+            other.listen()
+        warnings.simplefilter("error", UserWarning)
+        with connected(1, None) as client:
+            assert len(client.nthreads()) == 1
 
 
 def test_lists_the_experiments() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from deploy.task import BoardPose
 from deploy.tomlfile import BadFile
 from sim.disturbance import KINDS, Bias, Push, describe, disturbance_from
 from sim.scenario import Scenario, load_scenario, scenario_names
+from sim.timeline import Timeline
 
 
 @pytest.mark.parametrize("name", scenario_names())
@@ -146,6 +148,19 @@ def test_live_disturbance_refusal_says_what_is_allowed(
         disturbance_from(kind, options, now=0.0)
     for word in words:
         assert word in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "options", [{}, {"force": 1, "on": "left_palm"}, {"force": 1, "on": "lin"}]
+)
+def test_a_refused_push_lists_what_this_robot_has(options: dict[str, object]) -> None:
+    """No link of another robot is offered."""
+    bodies = ("platform", "link1", "link2")
+    with pytest.raises(ValueError) as caught:
+        made = disturbance_from("push", options, 0.0, bodies)
+        Timeline([], bodies).refuse(made)
+    assert "platform, link1, link2" in str(caught.value)
+    assert not re.search("link3|left_link|box", str(caught.value))
 
 
 @pytest.mark.parametrize("kind", KINDS)
