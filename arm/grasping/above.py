@@ -8,12 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arm.control.objective import Objective, Rows
-from arm.grasping.model import JOINTS
+from arm.grasping.rows import NOTHING
 from arm.grasping.scene import BoxPlace, Scene
 
 Array = NDArray[np.float64]
-
-_NOTHING = Rows(np.zeros((0, JOINTS)), np.zeros(0), 0.0)
 
 
 class Above(Objective):
@@ -37,7 +35,7 @@ class Above(Objective):
         """Up, of the lowest corner of each palm that is too near."""
         scene: Scene = kinematics
         if scene.box is None:
-            return _NOTHING
+            return NOTHING
         margin = self.MARGIN + self.DOUBT * float(scene.box.sd[2])
         J, rate = [], []
         for p, R, jacobian in zip(scene.palms.p, scene.palms.R, scene.palms.J, strict=True):
@@ -48,7 +46,7 @@ class Above(Objective):
                 # velocity of the corner: v + w x r
                 J.append(jacobian[2] + corner[1] * jacobian[3] - corner[0] * jacobian[4])
                 rate.append(min(self.gain * short, self.fastest))
-        return Rows(np.array(J), np.array(rate)) if J else _NOTHING
+        return Rows(np.array(J), np.array(rate)) if J else NOTHING
 
 
 def below(box: BoxPlace, p: Array, extent: Array) -> float:

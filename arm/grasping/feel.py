@@ -40,7 +40,7 @@ class Feel:
             filtered, less what it was the other way just before, shape (2, 3) [N]. A cell feels the
             palm's own inertia as well: one that gave way to that would never come to rest.
         touches: which palm touches.
-        yielding: which palm is pushed so hard that it gives way (``objectives.Yield``).
+        yielding: which palm is pushed so hard that it gives way (``Yield``).
         peak: largest force on either palm since the start, not filtered [N].
     """
 

@@ -18,20 +18,14 @@ from arm.control import Composable, chain, parallelised
 from arm.control.objective import Objective, Rows
 from arm.control.priority import damped_inverse, priorities
 from arm.grasping.above import Above
+from arm.grasping.inward import Inward
+from arm.grasping.joints import Ends, Rest
 from arm.grasping.level import Level
 from arm.grasping.model import JOINTS
-from arm.grasping.objectives import (
-    Carry,
-    Clearance,
-    Ends,
-    Flat,
-    Inward,
-    Preshape,
-    Reach,
-    Rest,
-    Yield,
-)
+from arm.grasping.reach import Carry, Reach
 from arm.grasping.scene import Scene
+from arm.grasping.shape import Clearance, Flat, Preshape
+from arm.grasping.yields import Yield
 
 Array = NDArray[np.float64]
 

@@ -6,8 +6,8 @@ import math
 from typing import Any
 
 from arm.control.objective import Rows
-from arm.grasping.objectives import Keep
 from arm.grasping.scene import Scene
+from arm.grasping.shape import Keep
 
 
 class Level(Keep):
