@@ -6,8 +6,9 @@ from collections.abc import Callable
 
 from services.messages import Message
 
-AFTER = 0.045
-"""The motors brake when the newest torque command is older than this [s]."""
+AFTER = 0.04
+"""The motors brake when the newest torque command is older than this [s]: 50 ms after a loss the
+joints are at rest."""
 HOLDING = 300.0
 """Coulomb friction of an engaged brake [N m]."""
 

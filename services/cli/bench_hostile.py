@@ -10,6 +10,9 @@ from rich.table import Table
 
 from services.cli.common import Json, console, fail, show_json
 
+GOAL = 1.5
+"""The arm's loop is at most so many times as late under a flood."""
+
 
 def hostile(
     messages: Annotated[int, typer.Option(min=1, help="How many to send.")] = 50_000,
@@ -22,7 +25,9 @@ def hostile(
 ) -> None:
     """Flood a live arm with junk, lies and requests; exit code 1 if anything was accepted.
 
-    Blocks of 5 s of quiet and of flood take turns. Lateness is that of the arm's 1 kHz loop.
+    Blocks of 5 s of quiet and of flood take turns, so that both see the same machine. Lateness is
+    that of the arm's 1 kHz loop, the median of its heartbeats' 99th percentiles; whether its ratio
+    meets the goal depends on the machine, and does not change the exit code.
     """
     from services.bench.hostile import flood_arm
 
@@ -44,6 +49,7 @@ def hostile(
         "lateness p99, quiet [ms]": 1e3 * median(done.quiet),
         "lateness p99, flooded [ms]": 1e3 * median(done.flooded),
         "ratio": done.ratio,
+        "goal": f"<= {GOAL}, {'met' if done.ratio <= GOAL else 'MISSED'}",
         "refused in Python": sum(done.refused.values()),
     }
     if json:

@@ -47,7 +47,9 @@ def up(
     keys: Annotated[
         Path | None, typer.Option(help="This host's certificates, from steadyhand keys.")
     ] = None,
-    hang: Annotated[float, typer.Option(help="No progress for this long is a hang [s].")] = 1.0,
+    hang: Annotated[
+        float, typer.Option(help="To stand still for so long, when it could go on, is a hang [s].")
+    ] = 0.4,
     no_spares: Annotated[
         bool, typer.Option("--no-spares", help="Keep no process ready for restarts.")
     ] = False,

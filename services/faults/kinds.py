@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 
 @dataclass(frozen=True)
@@ -25,9 +25,10 @@ class Fault:
 
 @dataclass(frozen=True)
 class OnTopic(Fault):
-    """A fault of the messages of one topic on their way."""
+    """A fault of the messages of one topic on their way; ``reader``: to this service alone."""
 
     topic: str
+    reader: str = field(default="", kw_only=True)
 
 
 @dataclass(frozen=True)

@@ -114,7 +114,7 @@ class FaultyPlant:
         self._rebuild, self._listener = rebuild, listener
         self._wire = FaultyWire(faults, rng)
         self._seq: Counter[str] = Counter()
-        self._flying: list[tuple[int, int, Topic, Parcel]] = []
+        self._flying: list[tuple[int, int, Topic, Parcel, str]] = []
         self._order = 0
         self._dead: set[str] = set()
         self.hosts = {s.name: Host(s, self._clock_of(s.name)) for s in services}
@@ -149,18 +149,21 @@ class FaultyPlant:
             self._listener(topic, message, now)  # type: ignore[arg-type]
             self._seq[topic.name] += 1
             number = self._seq[topic.name]
-            for extra, parcel in self._wire.carry(topic, number, message, now):  # type: ignore[arg-type]
-                self._fly(extra, topic, parcel)
+            for way in ("", *self._wire.apart(topic)):
+                for extra, parcel in self._wire.carry(topic, number, message, now, way):  # type: ignore[arg-type]
+                    self._fly(extra, topic, parcel, way)
 
-    def _fly(self, extra: int, topic: Topic, parcel: Parcel) -> None:
+    def _fly(self, extra: int, topic: Topic, parcel: Parcel, way: str = "") -> None:
         self._order += 1
-        heapq.heappush(self._flying, (self.tick + 1 + extra, self._order, topic, parcel))
+        heapq.heappush(self._flying, (self.tick + 1 + extra, self._order, topic, parcel, way))
 
     def _deliver(self) -> None:
         while self._flying and self._flying[0][0] <= self.tick:
-            _, _, topic, parcel = heapq.heappop(self._flying)
+            _, _, topic, parcel, way = heapq.heappop(self._flying)
+            apart = self._wire.apart(topic)
             for name, host in self.hosts.items():
-                if name not in self._dead and host.hears(topic):
+                there = name == way if way else name not in apart
+                if there and name not in self._dead and host.hears(topic):
                     host.arrives(topic, parcel)
 
     def _lives(self, name: str, acting: list[k.OnService]) -> bool:

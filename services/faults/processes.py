@@ -11,6 +11,7 @@ import os
 import re
 import signal
 import subprocess
+import threading
 import time
 from contextlib import suppress
 from dataclasses import asdict, dataclass
@@ -44,7 +45,11 @@ class Found:
     Attributes:
         kind: of ``KINDS``.
         service: whom it happened to.
-        safe: until the arm held, or its joints rested if it was the arm [s]; None if it need not.
+        safe: until the arm held, or its joints rested (looked at every 5 ms) if it was the arm [s];
+            None if it need not, or had let go before.
+        by_clock: the same in the robot's time, as stamped where it happened [s]: without the way of
+            the message to us, and without what the simulation stood still.
+        woken: how late a sleeping thread of this process was woken meanwhile, at most [s].
         ready: until the service was ready again [s]; None if it never was gone.
         whole: the arm is at work again, or says why not.
         end: its state and reason then.
@@ -53,6 +58,8 @@ class Found:
     kind: str
     service: str
     safe: float | None
+    by_clock: float | None
+    woken: float | None
     ready: float | None
     whole: bool
     end: str
@@ -96,36 +103,43 @@ class Session:
         """Have the robot draw, let something happen once all is calm, and look how it goes on."""
         calm = time.monotonic() + START
         while len(list(self._run_dir.glob("*.ready"))) < len(SERVICES) and time.monotonic() < calm:
-            self._watch()
-            time.sleep(0.1)
+            self._watch(0.1)
         to_work(self._line)
-        until = time.monotonic() + float(self._rng.uniform(0.5, 2.0))
-        while time.monotonic() < until:
-            self._watch()
+        self._watch(float(self._rng.uniform(0.5, 2.0)))
         pid = self._line.latest(HEALTH[service]).pid
+        at_work = self._line.latest(ARM_STATUS).state in AT_WORK  # or it has let go by itself
+        since = self._watch(0.0)
         began = time.monotonic()
-        _do(kind, pid)
-        safe = self._safe(service, began) if kind != "slow" else None
+        with Sleeper() as sleeper:
+            _do(kind, pid)
+            safe_at = self._safe(service) if at_work and kind != "slow" else None
+            safe = by_clock = woken = None
+            if safe_at is not None:
+                safe, by_clock = time.monotonic() - began, safe_at - since
+                woken = sleeper.latest
         ready = None if kind == "slow" else self._ready(service, pid, began)
         whole, end = self._whole()
-        return Found(kind, service, safe, ready, whole, end)
+        return Found(kind, service, safe, by_clock, woken, ready, whole, end)
 
-    def _watch(self) -> None:
-        truth = self._line.latest(TRUTH, START)
-        self.worst_force = max(self.worst_force, float(truth.recent[:, 3].max()))
+    def _watch(self, duration: float) -> float:
+        """Look at the pen's force for so long [s]; returns the robot's time [s]."""
+        until = time.monotonic() + duration
+        for truth in self._line.messages(TRUTH, START):
+            self.worst_force = max(self.worst_force, float(truth.recent[:, 3].max()))
+            if time.monotonic() > until:
+                break
+        return float(truth.t)
 
-    def _safe(self, service: str, began: float) -> float | None:
-        """Until the arm says that it holds; without the arm, until its joints rest."""
+    def _safe(self, service: str) -> float | None:
+        """When the arm says that it holds; without the arm, when its joints rest [robot's s]."""
         try:
             if service == "observer":
-                self._line.wait_for(ARM_STATUS, lambda s: s.state not in AT_WORK, 1.0)
-            elif service == "arm":
-                self._line.wait_for(TRUTH, lambda t: float(np.abs(t.qd).max()) < AT_REST, 1.0)
-            else:
-                return None
+                return self._line.wait_for(ARM_STATUS, lambda s: s.state not in AT_WORK, 1.0).t
+            if service == "arm":
+                return self._line.wait_for(TRUTH, lambda t: np.abs(t.qd).max() < AT_REST, 1.0).t
         except Silent:
-            return None
-        return time.monotonic() - began
+            pass
+        return None
 
     def _ready(self, service: str, pid: int, began: float) -> float | None:
         try:
@@ -148,12 +162,13 @@ def campaign(run_dir: Path, scenario: str, seed: int, count: int, each: int = 10
 
     Returns:
         ``found``: of every fault; ``orphans`` after an orderly end and after the supervisor was
-        killed; ``force``: greatest of the pen [N]; ``noise``: 99th percentile of how late a
-        sleeping process of this machine is woken meanwhile [s].
+        killed; ``force``: greatest of the pen [N]; ``safe``: 99th percentile of how long it took to
+        be safe [s], beside ``safe_by_clock``, the same in the robot's time, and ``noise``, that of
+        how late a sleeping thread was woken while we waited for it.
     """
     rng = np.random.default_rng([seed, 11])
     found: list[Found] = []
-    left, force, noise = {"ended": 0, "killed": 0}, 0.0, []
+    left, force = {"ended": 0, "killed": 0}, 0.0
     for number in itertools.count():
         if len(found) >= count:
             break
@@ -164,7 +179,6 @@ def campaign(run_dir: Path, scenario: str, seed: int, count: int, each: int = 10
             for _ in range(min(each, count - len(found))):
                 service = str(rng.choice(("observer", "arm", "base")))
                 found.append(session.fault(str(rng.choice(KINDS)), service))
-                noise += _lateness()
             force = max(force, session.worst_force)
             how = "killed" if number % 2 else "ended"
             by = signal.SIGKILL if how == "killed" else signal.SIGTERM
@@ -173,8 +187,15 @@ def campaign(run_dir: Path, scenario: str, seed: int, count: int, each: int = 10
         "found": [asdict(f) for f in found],
         "orphans": left,
         "force": force,
-        "noise": float(np.quantile(noise, 0.99)),
+        "safe": _p99([f.safe for f in found]),
+        "safe_by_clock": _p99([f.by_clock for f in found]),
+        "noise": _p99([f.woken for f in found]),
     }
+
+
+def _p99(values: list[float | None]) -> float | None:
+    known = [v for v in values if v is not None]
+    return float(np.quantile(known, 0.99, method="higher")) if known else None
 
 
 def _do(kind: str, pid: int) -> None:
@@ -193,11 +214,28 @@ def _do(kind: str, pid: int) -> None:
                 time.sleep(SLICE)
 
 
-def _lateness() -> list[float]:
-    """How much longer than asked for a sleep of 1 ms takes, a hundred times [s]."""
-    out = []
-    for _ in range(100):
-        before = time.monotonic()
-        time.sleep(0.001)
-        out.append(time.monotonic() - before - 0.001)
-    return out
+class Sleeper:
+    """A thread that sleeps for a millisecond again and again, as long as the ``with``.
+
+    Attributes:
+        latest: so much longer than asked for it slept, at most [s].
+    """
+
+    def __init__(self) -> None:
+        self.latest = 0.0
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._sleep, daemon=True)
+
+    def _sleep(self) -> None:
+        while not self._stop.is_set():
+            before = time.monotonic()
+            time.sleep(0.001)
+            self.latest = max(self.latest, time.monotonic() - before - 0.001)
+
+    def __enter__(self) -> Sleeper:
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._stop.set()
+        self._thread.join()

@@ -39,23 +39,41 @@ class FaultyWire:
     def __init__(self, faults: Sequence[k.Fault], rng: np.random.Generator) -> None:
         self._faults = [f for f in faults if isinstance(f, k.OnTopic)]
         self._rng = rng
+        self._of: dict[str, list[k.OnTopic]] = {}
+        self._apart: dict[str, tuple[str, ...]] = {}
+        for fault in self._faults:
+            self._of.setdefault(fault.topic, []).append(fault)
+        for name, faults_of in self._of.items():
+            self._apart[name] = tuple(sorted({f.reader for f in faults_of if f.reader}))
         self._last: dict[str, Message] = {}
         self._sent: dict[str, deque[tuple[float, Parcel]]] = {
             f.topic: deque(maxlen=MEMORY) for f in self._faults if isinstance(f, k.Replay)
         }
 
+    def apart(self, topic: Topic) -> tuple[str, ...]:
+        """Services on whose way alone a topic has faults: theirs is another way."""
+        return self._apart.get(topic.name, ())
+
     def carry(
-        self, topic: Topic, seq: int, message: Message, now: float
+        self, topic: Topic, seq: int, message: Message, now: float, reader: str = ""
     ) -> list[tuple[int, Parcel]]:
-        """Extra ticks and parcel of everything that arrives of one message."""
+        """Extra ticks and parcel of everything that arrives of one message.
+
+        Args:
+            topic: of the message.
+            seq: its number.
+            message: as it was sent.
+            now: robot time [s].
+            reader: one of ``apart`` to whom it is on its way; the others if empty.
+        """
         parcel = Parcel(seq, message)
         self._last[topic.name] = message
         memory = self._sent.get(topic.name)
         if memory is not None:
             memory.append((now, parcel))
         out = [(0, parcel)]
-        for fault in self._faults:
-            if fault.topic == topic.name and fault.active(now):
+        for fault in self._of.get(topic.name, ()):
+            if fault.reader in ("", reader) and fault.active(now):
                 out = [
                     each for ticks, p in out for each in self._apply(fault, topic, ticks, p, now)
                 ]

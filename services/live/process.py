@@ -23,6 +23,7 @@ from typing import Any, NoReturn
 from deploy.host_file import load_hosts
 from services.live.clock import EpochClock, HeardClock
 from services.live.paced import run_paced
+from services.live.pulse import Pulse
 from services.live.runner import run_live
 from services.live.standby import step_back, step_forward, wait_for_turn
 from services.lockstep import Lockstep
@@ -113,7 +114,7 @@ def _run(options: argparse.Namespace) -> None:
     service = service or _build(options, options.service, bool(options.restarted))
     endpoints = _endpoints(options)
     if live:
-        log.info("%s: %s", service.name, realtime.favour(options.rt))
+        _get_ready(options, service)
     with open_bus(endpoints, options.robot, service.name, service.inputs, not live) as bus:
         requests = Requests(bus.session, options.robot, service)
         try:
@@ -163,6 +164,8 @@ def _record(options: argparse.Namespace, stop: threading.Event) -> None:
         provenance(load_scenario(options.scenario), options.seed, options.observer, options.mode),
     )
     endpoints = _endpoints(options)
+    if options.mode == "live":
+        log.info("%s: %s", RECORDER, realtime.favour(options.rt, realtime.RECORDER_NICE))
     with open_bus(endpoints, options.robot, RECORDER, recorder.inputs, lossless=True) as bus:
         try:
             run_live(recorder, bus, HeardClock(), stop, restarts=options.restarted)
@@ -176,6 +179,16 @@ def _record(options: argparse.Namespace, stop: threading.Event) -> None:
         log.info("%s: ended", RECORDER)
 
 
+def _get_ready(options: argparse.Namespace, service: Service) -> None:
+    """Warm up as an ordinary program, to take nothing from loops that run; then be favoured."""
+    if options.restarted:  # it comes up holding still: being back soon counts for more
+        log.info("%s: restarted, no warm-up", service.name)
+    else:
+        ticks = warm_up(lambda name: _build(options, name), service.name, _running(options))
+        log.info("%s: warm-up of %d ticks", service.name, ticks)
+    log.info("%s: %s", service.name, realtime.favour(options.rt))
+
+
 def _live(
     options: argparse.Namespace,
     service: Service,
@@ -183,11 +196,6 @@ def _live(
     stop: threading.Event,
     requests: Requests,
 ) -> None:
-    if options.restarted:  # it comes up holding still: being back soon counts for more
-        log.info("%s: restarted, no warm-up", service.name)
-    else:
-        ticks = warm_up(lambda name: _build(options, name), service.name, _running(options))
-        log.info("%s: warm-up of %d ticks", service.name, ticks)
     for line in realtime.set_up(options.rt, SERVICES.index(service.name)):
         log.info("%s: %s", service.name, line)
     is_robot = service.name == ROBOT_PROCESS
@@ -200,6 +208,7 @@ def _live(
         requests,
         spin=realtime.spin(options.rt, service.period),
         restarts=options.restarted,
+        pulse=Pulse(options.run_dir, os.getpid()),
     )
 
 

@@ -12,15 +12,20 @@ import os
 import resource
 import signal
 from collections.abc import Callable
+from pathlib import Path
 from typing import Literal
 
 Mode = Literal["auto", "on", "off"]
 
 PRIORITY = 50
 NICE = -10
+RECORDER_NICE = -5
+"""After the loops, before what merely starts up: who sends does not wait, and a unix socket holds
+but 0.2 s of what is said."""
 ENOUGH_CORES = 4  # below, a spinning or real-time loop would starve the processes it talks to
 SPIN = 150e-6  # [s]
 BLAS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+_AUTOGROUP = Path("/proc/self/autogroup")
 _PR_SET_PDEATHSIG = 1
 _MCL = 1 | 2 | 4  # current and future pages, each locked when first touched
 
@@ -58,14 +63,29 @@ def spin(mode: Mode, period: float) -> float:
     return SPIN if wanted(mode) and period <= 0.002 else 0.0
 
 
-def favour(mode: Mode) -> str:
+def favour(mode: Mode, nice: int = NICE) -> str:
     """Ask to be served before ordinary programs; called before threads start, which inherit it.
 
     Unlike real-time priority it starves nobody, so it is tried on machines with few cores too.
     """
     if mode == "off":
         return "nice value: default, as asked"
-    return _try(f"nice value {NICE}", lambda: os.setpriority(os.PRIO_PROCESS, 0, NICE))
+    return _try(f"nice value {nice}", lambda: be_nice(nice))
+
+
+def be_nice(nice: int) -> None:
+    """Set the nice value of the calling thread, and of the session if the process leads one.
+
+    Where Linux groups processes by session (``sched_autogroup_enabled``, as on desktops), a nice
+    value counts only among those of one session, and sessions are weighed by values of their own.
+    The supervisor starts each service in a session of its own.
+
+    Raises:
+        OSError: not permitted.
+    """
+    os.setpriority(os.PRIO_PROCESS, 0, nice)
+    if os.getsid(0) == os.getpid() and _AUTOGROUP.exists():
+        _AUTOGROUP.write_text(str(nice))
 
 
 def set_up(mode: Mode, index: int) -> list[str]:

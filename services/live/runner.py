@@ -11,6 +11,7 @@ from typing import Protocol
 
 from services.live.clock import RobotClock
 from services.live.loop import HEARTBEAT, Answers, Driven, FixedRate, LoopStatistics, heartbeat
+from services.live.pulse import Pulse
 from services.messages import Clock, Message
 from services.requests import Requests
 from services.service import Arrivals, Inbox, Service
@@ -32,10 +33,23 @@ class Pace(Protocol):
 
 
 class Heart:
-    """Publishes a service's heartbeat from inside its loop."""
+    """Publishes a service's heartbeat from inside its loop, and beats its pulse.
+
+    Args:
+        service: whose.
+        bus: its own.
+        statistics: of its loop.
+        restarts: how often the service was restarted before.
+        pulse: None without a supervisor that listens.
+    """
 
     def __init__(
-        self, service: Service, bus: Bus, statistics: LoopStatistics, restarts: int = 0
+        self,
+        service: Service,
+        bus: Bus,
+        statistics: LoopStatistics,
+        restarts: int = 0,
+        pulse: Pulse | None = None,
     ) -> None:
         self._service = service
         self._restarts = restarts
@@ -43,6 +57,7 @@ class Heart:
         self._statistics = statistics
         self._topic = HEALTH[service.name]
         self._pid = os.getpid()
+        self._pulse = pulse
         self._next = 0.0
         self.answers = Answers()
         bus.declare(self._topic)
@@ -50,6 +65,8 @@ class Heart:
     def beat(self, now: float, inbox: Inbox, state: tuple[str, str] | None = None) -> None:
         """Publish if it is time to; ``state`` instead of the service's own."""
         local = time.monotonic()
+        if self._pulse is not None:
+            self._pulse.beat(local)
         if local < self._next:
             return
         self._next = local + HEARTBEAT
@@ -111,6 +128,7 @@ def run_live(
     requests: Requests | None = None,
     spin: float = 0.0,
     restarts: int = 0,
+    pulse: Pulse | None = None,
 ) -> None:
     """Step a service until ``stop`` is set.
 
@@ -126,6 +144,7 @@ def run_live(
         requests: whose actions are executed between steps.
         spin: busy-wait before each deadline [s].
         restarts: how often the service was restarted before.
+        pulse: tells the supervisor that the loop goes round.
     """
     pace: Pace
     trigger: Arrivals | None = getattr(service, "driven_by", None)
@@ -135,11 +154,13 @@ def run_live(
         pace = Driven(trigger.period, bus.arrived, lambda: bus.arrived_at)
     else:
         pace = FixedRate(service.period, spin)
-    extra = () if service.name == ROBOT_PROCESS or trigger is not None else (CLOCK,)
+    tells = service.name == ROBOT_PROCESS or trigger is not None
+    hears = any(topic.name == CLOCK.name for topic in service.inputs)
+    extra = () if tells or hears else (CLOCK,)
     for topic in (*service.inputs, *extra):
         bus.hear(topic)
     inbox = Inbox((*service.inputs, *extra))
-    heart = Heart(service, bus, pace.statistics, restarts)
+    heart = Heart(service, bus, pace.statistics, restarts, pulse)
     grid = Grid(service.period, clock.slip) if service.name == ROBOT_PROCESS else None
     while not stop.is_set():
         pace.wait()

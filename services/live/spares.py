@@ -43,8 +43,8 @@ class Spares:
             return
         self._next = now + APART
         pipe = self._run_dir / f"{name}.spare"
-        for old in (pipe, ready_mark(pipe)):
-            old.unlink(missing_ok=True)
+        pipe.unlink(missing_ok=True)
+        _was_ready(pipe)  # of a supervisor before us
         os.mkfifo(pipe, 0o600)
         self._pipes[name] = (pipe, os.open(pipe, os.O_RDWR))  # for both: opening never waits
         await self._pool.start(spare_of(name), [*args, "--spare", str(pipe)], log=name)
@@ -54,7 +54,7 @@ class Spares:
         if name not in self._pipes:
             return None
         pipe, writer = self._pipes.pop(name)
-        ready = ready_mark(pipe).exists()
+        ready = _was_ready(pipe)
         if ready:
             os.write(writer, b"\n")
         os.close(writer)
@@ -66,7 +66,17 @@ class Spares:
     def forget(self, name: str) -> None:
         """The process of this name has died; does nothing if it is no spare."""
         for service in [n for n in self._pipes if spare_of(n) == name]:
-            os.close(self._pipes.pop(service)[1])
+            pipe, writer = self._pipes.pop(service)
+            _was_ready(pipe)
+            os.close(writer)
+
+
+def _was_ready(pipe: Path) -> bool:
+    """Whether a spare waits at a pipe; it does so no longer for anybody who looks."""
+    mark = ready_mark(pipe)
+    ready = mark.exists()
+    mark.unlink(missing_ok=True)
+    return ready
 
 
 def spare_of(name: str) -> str:

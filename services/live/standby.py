@@ -6,7 +6,10 @@ import os
 import resource
 from pathlib import Path
 
-_LOWEST = 19
+from services.live.realtime import be_nice
+
+_LOW = 10
+"""Below ordinary programs; at 19, those that never rest would keep a spare from getting ready."""
 _LEAVES_IT = 20  # an RLIMIT_NICE that allows to come back to nice value 0
 
 
@@ -22,7 +25,7 @@ def step_back() -> None:
     """Leave the processor to the others, if one may come back from that."""
     may_return = resource.getrlimit(resource.RLIMIT_NICE)[0] >= _LEAVES_IT
     if os.geteuid() == 0 or may_return:
-        os.setpriority(os.PRIO_PROCESS, 0, _LOWEST)
+        be_nice(_LOW)
     else:
         os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))
 
@@ -32,7 +35,7 @@ def step_forward() -> None:
     if os.sched_getscheduler(0) == os.SCHED_BATCH:
         os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
     else:
-        os.setpriority(os.PRIO_PROCESS, 0, 0)
+        be_nice(0)
 
 
 def ready_mark(pipe: Path) -> Path:

@@ -1,7 +1,8 @@
 """Starts the services, watches that they work, restarts those that do not.
 
-What counts as alive is a heartbeat whose progress counter advances, written by the service's own
-loop. That a process exists, or with which code it ended, says nothing.
+What counts as alive is what a service's own loop says: live its pulse (``pulse.py``), and always a
+heartbeat whose progress counter advances. That a process exists, or with which code it ended, says
+nothing. Whether one without a pulse hangs or is kept waiting by others, ``stillness.py`` says.
 """
 
 from __future__ import annotations
@@ -20,8 +21,10 @@ from arm.hds.machine import Machine
 from services.live.notify import notify
 from services.live.pool import Pool
 from services.live.process import FACTORY
+from services.live.pulse import Pulses
 from services.live.service_states import service_states
 from services.live.spares import Spares
+from services.live.stillness import Stillness
 from services.messages import BASE_ENDED, PROGRAM_ENDED, Health
 from services.requests import NoAnswer, ask
 from services.topics import CONSOLE, HEALTH, PROCESSES, RECORDER
@@ -73,9 +76,11 @@ class Plan:
     Attributes:
         ticks: paced only: end after this many ticks.
         duration: live only: end after this long [s].
-        hang: a heartbeat that makes no progress for this long is a hang [s].
-        recorder_hang: the same of the recorder: no control waits for it, and killing it cuts the
-            log [s].
+        hang: live only: a loop that stands still for so long, of time in which it could have gone
+            on, is a hang [s].
+        silent: a heartbeat that makes no progress for this long is one whatever the cause [s].
+        recorder_silent: the same of recorder and console, which have no pulse: no control waits for
+            them, and killing the recorder cuts the log [s].
         start: a service must be ready within this [s].
         until_finished: end when the arm's program has; without an arm, when the platform has
             done what it was to do.
@@ -97,8 +102,9 @@ class Plan:
     rt: str = "auto"
     ticks: int | None = None
     duration: float | None = None
-    hang: float = 1.0
-    recorder_hang: float = 10.0
+    hang: float = 0.4
+    silent: float = 3.0
+    recorder_silent: float = 10.0
     start: float = 30.0
     until_finished: bool = False
     start_program: bool = False
@@ -135,6 +141,7 @@ class _Watched:
     restarts: int = 0
     due: float = 0.0
     was_ready: bool = False
+    stillness: Stillness = field(default_factory=Stillness)
 
     @property
     def ready(self) -> bool:
@@ -174,9 +181,12 @@ class Supervisor:
         self._spares = Spares(self._pool, run_dir)
         endpoints = local(run_dir, "supervisor")
         try:
-            with open_bus(
-                endpoints, self.plan.robot, "supervisor", HEALTH.values(), lossless=True
-            ) as bus:
+            with (
+                open_bus(
+                    endpoints, self.plan.robot, "supervisor", HEALTH.values(), lossless=True
+                ) as bus,
+                Pulses(run_dir) as self._pulses,
+            ):
                 self._bus = bus
                 for name in self.plan.services:
                     await self._bring_up(name)
@@ -297,7 +307,7 @@ class Supervisor:
         notify("WATCHDOG=1")
         await asyncio.sleep(POLL)
         now = time.monotonic()
-        if now - before > self.plan.hang / 2:  # we were the ones who stood still
+        if now - before > self.plan.silent / 2:  # we were the ones who stood still
             for watched in self._watched.values():
                 watched.advanced = now
         self._listen(now)
@@ -307,24 +317,37 @@ class Supervisor:
             else:
                 self._spares.forget(name)
         await self._keep_spares(now)
+        pulses = self._pulses.heard()
         for name, watched in self._watched.items():
             state = watched.states.state
             if state == "waiting" and watched.failures and now >= watched.due:
                 await self._start(name, restarted=watched.was_ready)
             if state not in ("starting", "ready"):
                 continue
-            limit = self._patience(name) if watched.ready else self.plan.start
-            if now - watched.advanced > limit:
+            why = self._hangs(name, watched, watched.pid in pulses, now)
+            if why:
                 watched.lost = now
                 watched.states.fire("Hung")
-                self._tell(name, "hung", f"no progress for {limit:.1f} s; killed")
+                self._tell(name, "hung", f"{why}; killed")
                 self._pool.kill(name)
             elif watched.ready and watched.failures and now - watched.started > HEALTHY:
                 watched.failures = 0
 
-    def _patience(self, name: str) -> float:
+    def _hangs(self, name: str, watched: _Watched, pulse: bool, now: float) -> str:
+        """Why a service is taken to hang; empty if it is not."""
+        plan = self.plan
         beside = name in (RECORDER, CONSOLE)
-        return max(self.plan.recorder_hang, self.plan.hang) if beside else self.plan.hang
+        silent = max(plan.hang, plan.recorder_silent if beside else plan.silent)
+        limit = silent if watched.ready else plan.start
+        if now - watched.advanced > limit:
+            return f"no progress for {limit:.1f} s"
+        if beside or plan.mode != "live":
+            return ""
+        if pulse or not watched.ready:
+            watched.stillness.went_round(now)
+        elif watched.stillness.watch(watched.pid, now) > plan.hang:
+            return f"its loop stood still for {plan.hang:.1f} s that were its own"
+        return ""
 
     def _listen(self, now: float) -> None:
         for name, watched in self._watched.items():

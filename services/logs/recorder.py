@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -37,6 +38,8 @@ class Recorder:
         self._writer = LogWriter(path, metadata, metadata.get("record", "full"))
         self._steps = 0
         self._count = 0
+        self._flushed = 0
+        self._problem = ""
         self._time = 0.0
         self._waiting: list[tuple[float, Topic, Message]] = []
         self._until = -float("inf")
@@ -58,36 +61,56 @@ class Recorder:
         self._waiting += heard
         self._waiting.sort(key=lambda item: item[0])  # stable
         complete = bisect_right(self._waiting, self._until, key=lambda item: item[0])
-        self._write(complete)
         self._until = max((at for at, _, _ in heard), default=self._until)
         self._steps += 1
-        if self._steps % FLUSH == 0:
-            self._writer.flush()
+        with self._unless_full():
+            self._write(complete)
+            if self._steps % FLUSH == 0 and not self._problem:
+                self._writer.flush()
+                self._flushed = self._count
+        del self._waiting[:complete]
         return []
 
     def _write(self, count: int) -> None:
-        for _, topic, message in self._waiting[:count]:
+        self._count += count
+        for _, topic, message in self._waiting[: 0 if self._problem else count]:
             self._time = max(self._time, message.t)
             self._writer.add(topic, message, self._time)
-        del self._waiting[:count]
-        self._count += count
+
+    @contextmanager
+    def _unless_full(self) -> Iterator[None]:
+        """A disk that takes no more ends the log, not the recorder: what is written is kept."""
+        try:
+            yield
+        except OSError as error:
+            self._problem = f"{error.strerror or error} at {self._time:.1f} s"
+            self._writer.give_up()
 
     def prepare(self, verb: str, args: dict[str, Any]) -> Callable[[], Reply]:
         """The recorder answers no requests."""
         raise ValueError(f"the recorder does not answer {verb!r}")
 
     def state(self) -> tuple[str, str]:
-        """Recording, and how much so far."""
+        """Recording, and how much so far, or why it does so no longer."""
+        if self._problem:
+            left_out = self._count - self._flushed
+            return "stopped", f"{self._problem}; log {self._writer.path} lacks {left_out} messages"
         return "recording", f"{self._count} messages heard, log {self._writer.path}"
 
     def close(self, lost: Mapping[str, int], refused: Mapping[str, int]) -> None:
-        """Write what is left, what did not come, and finish the file.
+        """Write what is left, what did not come, and finish the file, if there is room for it.
 
         Args:
             lost: messages that were sent and not heard, by topic.
             refused: messages that could not be read, by topic and reason.
         """
+        with self._unless_full():
+            self._finish(lost, refused)
+
+    def _finish(self, lost: Mapping[str, int], refused: Mapping[str, int]) -> None:
         self._write(len(self._waiting))
+        if self._problem:
+            return
         counts = {
             "heard": self._count,
             "lost": sum(lost.values()),

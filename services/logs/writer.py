@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import fields
 from pathlib import Path
 from types import TracebackType
@@ -132,6 +133,11 @@ class LogWriter:
     def flush(self) -> None:
         """Hand all that was added to the operating system: from here on a kill cannot cut it."""
         self._writer.flush()
+
+    def give_up(self) -> None:
+        """Close the file as it is, where it cannot be written any more: a log that is cut short."""
+        with suppress(OSError):
+            self._stream.close()
 
     def close(self) -> None:
         """Write the summary and close the file."""

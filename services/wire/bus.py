@@ -133,7 +133,9 @@ class Bus:
         else:
             options["congestion_control"] = zenoh.CongestionControl.DROP
             if topic.control:
-                options |= {"express": True, "priority": zenoh.Priority.REAL_TIME}
+                # not express: each message would take one of 16 batches, and a reader that is not
+                # served for some ms, above all the recorder, would lose what comes after
+                options |= {"priority": zenoh.Priority.REAL_TIME}
                 if topic.depth == 1:  # the next one is worth more than this one sent again
                     options["reliability"] = zenoh.Reliability.BEST_EFFORT
         publisher = self.session.declare_publisher(key(self.robot, topic), **options)

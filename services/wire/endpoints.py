@@ -184,8 +184,8 @@ def config(endpoints: Endpoints) -> zenoh.Config:
         "scouting/gossip/enabled": False,
         "transport/shared_memory/enabled": False,
         "transport/link/tx/lease": LEASE,
-        # a control message leaves in a batch of its own: of two, the usual number, a sender runs
-        # out when its sending thread is not served for 2 ms, and then waits itself
+        # of two, the usual number, a sender runs out when its sending thread is not served for a
+        # while, and then waits itself
         "transport/link/tx/queue/size/real_time": _BATCHES,
         "transport/link/tx/queue/size/data": _BATCHES,
         "transport/link/rx/max_message_size": _LARGEST_FRAGMENTED,

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
+import time
 from typing import Any
 
 import pytest
 
 from services.bench.soak import Sample, Soak, figures
+from services.cli.bench_faults import _show
+from services.faults.processes import Sleeper
 from services.live.loop import Answers
 
 
@@ -24,6 +28,26 @@ def test_answers_are_timed_from_their_own_question() -> None:
     answers.answered(7.0, 99.0)
     assert answers.report() == pytest.approx({"p50": 0.1, "p99": 0.3, "max": 0.3})
     assert answers.report() == {}
+
+
+def test_how_late_a_thread_is_woken_is_seen() -> None:
+    """Whoever keeps it from running for a while is in the figure."""
+    with Sleeper() as sleeper:
+        began = time.monotonic()
+        re.match("(a+)+$", 22 * "a" + "b")  # lets nobody else in
+        held = time.monotonic() - began
+    assert sleeper.latest > 0.5 * held > 0.0
+
+
+def test_what_the_machine_took_is_beside_the_figure(capsys: pytest.CaptureFixture[str]) -> None:
+    """Time to safe, by the wall's and by the robot's clock, and how late a thread was woken."""
+    fault = {"kind": "lock", "service": "observer", "safe": 0.064, "by_clock": 0.046}
+    fault |= {"woken": 0.018, "ready": 1.2, "whole": True}
+    result = {"found": [fault], "orphans": {"ended": 0, "killed": 0}, "force": 2.0}
+    _show(result | {"safe": 0.064, "safe_by_clock": 0.046, "noise": 0.018})
+    said = " ".join(capsys.readouterr().out.split())
+    assert "safe after 64 ms (p99; goal 50), 46 ms by the robot's clock" in said
+    assert "woken 18 ms late (p99), and 14 ms are missed" in said
 
 
 def soaked(slope: float, restart: bool = False) -> dict[str, Any]:

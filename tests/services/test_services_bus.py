@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import threading
 from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
@@ -10,14 +11,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 import zenoh
-from patience import until
+from patience import PATIENCE, until
 
 from services import topics
 from services.messages import ArmState, Message, Odometry
 from services.service import Inbox
 from services.topics import ARM_STATE, ODOMETRY, Topic, key
 from services.wire.bus import RING, Bus, open_bus
-from services.wire.codec import encode
+from services.wire.codec import decode, encode
 from services.wire.endpoints import (
     BadEndpoint,
     Endpoints,
@@ -227,3 +228,28 @@ def test_who_comes_first_waits_for_who_comes_later(tmp_path: Path) -> None:
             with zenoh.open(config(Endpoints(local(tmp_path, "sim").listen, ()))):
                 until(lambda: list(first.info.peers_zid()), "the other")
             until(lambda: not list(first.info.peers_zid()), "its end")
+
+
+@pytest.mark.processes
+def test_a_reader_that_is_kept_waiting_loses_nothing(tmp_path: Path) -> None:
+    """A second of joint states, more than a socket holds, waits at the sender and comes in turn."""
+    go_on, heard = threading.Event(), list[int]()
+    go_on.set()
+
+    def slow(sample: zenoh.Sample) -> None:
+        go_on.wait(PATIENCE)
+        heard.append(decode(ARM_STATE, sample.payload.to_bytes())[0])
+
+    with (
+        open_bus(local(tmp_path, "sim"), "r1", "sim") as sim,
+        zenoh.open(config(local(tmp_path, "recorder"))) as reader,
+    ):
+        reader.declare_subscriber(
+            key("r1", ARM_STATE), zenoh.handlers.Callback(slow, indirect=False)
+        )
+        until(lambda: sim.publish(ARM_STATE, arm_state(0.0)) and heard, "each other")
+        go_on.clear()
+        sent = [sim.publish(ARM_STATE, arm_state(1e-3 * k)) for k in range(1000)]
+        go_on.set()
+        until(lambda: heard[-1] == sent[-1], "the last of it", patience=60.0)
+    assert heard[-len(sent) :] == sent
