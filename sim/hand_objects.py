@@ -92,7 +92,9 @@ THINGS = {
 
 
 def build(thing: Thing, friction: float, fixed: bool, mass: float, scale: float = 1.0) -> Any:
-    """A DART skeleton of an object, one body named ``object`` with its origin at the foot.
+    """A DART skeleton of an object: body ``object``, its origin at the foot, has all of the mass.
+
+    Its ellipsoids are on a body welded to it, ``object_round`` (see ``sim.hand_skin``).
 
     Args:
         thing: what to build.
@@ -107,8 +109,12 @@ def build(thing: Thing, friction: float, fixed: bool, mass: float, scale: float 
     else:
         _, body = skeleton.createFreeJointAndBodyNodePair()
     body.setName("object")
+    _, curved = skeleton.createWeldJointAndBodyNodePair(body)
+    curved.setName("object_round")
+    curved.setInertia(dart.dynamics.Inertia(1e-6, np.zeros(3), 1e-10 * np.eye(3)))
     for piece in thing.pieces:
-        node = body.createShapeNode(_shape(piece, scale))
+        owner = curved if piece.kind == "ellipsoid" else body
+        node = owner.createShapeNode(_shape(piece, scale))
         X = dart.math.Isometry3()
         X.set_translation(np.array([0.0, 0.0, piece.height]))
         node.setRelativeTransform(X)

@@ -23,6 +23,7 @@ from deploy.robot import HandRobot
 from deploy.skeleton import PLATFORM, hand_coupling, load_hand_skeleton
 from sim.effects import GRAVITY
 from sim.hand_objects import THINGS, Thing, build
+from sim.hand_skin import Skin
 from sim.robot_world import THICKNESS, WHEELS, RobotWorld, isometry, table, transform
 
 Array = NDArray[np.float64]
@@ -139,18 +140,22 @@ class HandWorld(RobotWorld):
         self._world.addSkeleton(table(top.at, top.size, top.yaw))
         self.thing: Thing | None = None if setting.thing is None else THINGS[setting.thing]
         self._object: Any = None
+        self._skin: Skin | None = None
         if self.thing is not None:
             skeleton = build(
                 self.thing, setting.friction, setting.fixed, setting.mass, setting.scale
             )
-            self._world.addSkeleton(skeleton)
-            self._object = skeleton.getBodyNode(0)
+            self._object = skeleton.getBodyNode("object")
             self._stand(skeleton)
+            if any(piece.kind == "ellipsoid" for piece in self.thing.pieces):
+                self._skin = self._covered(skeleton)
+            self._world.addSkeleton(skeleton)
         # held for the life of the world: a contact whose shape node is gone crashes the process
         self._nodes: list[tuple[Any, str]] = []
         for index in range(self._world.getNumSkeletons()):
             for body in self._world.getSkeleton(index).getBodyNodes():
-                self._nodes += [(node, body.getName()) for node in body.getShapeNodes()]
+                name = "object" if body.getName().startswith("object") else body.getName()
+                self._nodes += [(node, name) for node in body.getShapeNodes()]
         for node, body_name in self._nodes:
             if node.hasCollisionAspect() and body_name != "object":
                 node.getDynamicsAspect().setFrictionCoeff(RUBBER)
@@ -270,6 +275,8 @@ class HandWorld(RobotWorld):
             body = self._object if name == "object" else self._skeleton.getBodyNode(name)
             body.addExtForce(force, body.getLocalCOM(), False, True)
         self._skeleton.setForces(self._forces)
+        if self._skin is not None:
+            self._skin.fit()
         if self._object is not None and not self.setting.fixed:
             extra = self.setting.mass * (self.gravity_on_object + [0.0, 0.0, GRAVITY]) + self.push
             if np.any(extra):
@@ -279,6 +286,19 @@ class HandWorld(RobotWorld):
 
     def _body_of(self, frame: Any) -> str:
         return next((name for node, name in self._nodes if frame is node), "")
+
+    def _covered(self, skeleton: Any) -> Skin:
+        """Plates on the object's ellipsoids, which only their tips touch."""
+        assert self.thing is not None
+        bodies = [
+            body
+            for index in range(self._world.getNumSkeletons())
+            for body in self._world.getSkeleton(index).getBodyNodes()
+        ]
+        others = [body for body in bodies if body.getName() not in self.robot.hand.tips]
+        collision_filter = self._world.getConstraintSolver().getCollisionOption().collisionFilter
+        s = self.setting
+        return Skin(self.thing, s.scale, skeleton, self._tips, others, collision_filter, s.friction)
 
     def _stand(self, skeleton: Any) -> None:
         R = Rotation.from_rotvec([0.0, 0.0, self.setting.yaw]).as_matrix()

@@ -63,7 +63,7 @@ class Curvature:
 
     def feel(self, normal: ArrayLike, point: ArrayLike) -> None:
         """Take in where the contact is now: unit normal into the object (3,), point (3,) [m]."""
-        n, x = np.asarray(normal, dtype=float), np.asarray(point, dtype=float)
+        n, x = np.array(normal, dtype=float), np.array(point, dtype=float)  # kept: no views
         if self._last is None:
             self._last, self._frame = (n, x), _frame(n, np.eye(3)[np.argmin(np.abs(n))])
             return

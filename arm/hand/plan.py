@@ -52,7 +52,18 @@ FROM_THE_SIDE = replace(PAIR, again=(0.8, 1.3), level=True, spread=0.1)
 """The pair on an object with a neck, where the palm has no room above."""
 
 
+TURNS = 8
+"""Updates that a finger, or the pair, slides on a free object while what opposes it rests."""
+
+
 def gently(plan: Plan, lift: float) -> Plan:
-    """The plan for an object that stands free: press less, so that it stays, and lift it [m]."""
-    press = (4 / 3, 2 / 3, 2 / 3) if plan.way.pair else (1.0, 1.0, 1.0)
-    return replace(plan, press=press, lift=lift)
+    """The plan for an object that stands free: press less and slide in turns, so that it stays.
+
+    Args:
+        plan: for one that is fixed.
+        lift: height to lift it to [m].
+    """
+    if not plan.way.pair:
+        return replace(plan, press=(1.0, 1.0, 1.0), lift=lift)
+    way = replace(plan.way, turns=TURNS)
+    return replace(plan, way=way, press=(4 / 3, 2 / 3, 2 / 3), lift=lift)

@@ -12,12 +12,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from arm.hand import residuals, virtual
+from arm.hand import angles, curvature, residuals, virtual
 
 Array = NDArray[np.float64]
 
 PERIOD = 0.02
 """Of an update [s]."""
+SINGLE = ("printed", "curvature")
+"""Kinds that do not know virtual contacts."""
+NOISE = 0.02
+"""Of a normal felt, for what curvature is believed [rad]."""
 
 
 @dataclass(frozen=True)
@@ -26,7 +30,9 @@ class Way:
 
     Attributes:
         pair: fingers 1 and 2 act as one virtual contact.
-        kind: what is descended; ``sequential`` is C*.
+        kind: what is descended: a kind of ``residuals``, ``sequential`` (C*), ``printed`` (the
+            composite in angles, Eq 4.28) or ``curvature`` (a null space that is measured); the last
+            two are for three contacts.
         variant: of the virtual contact.
         radius: characteristic one [m].
         alpha: step along the gradient.
@@ -36,6 +42,9 @@ class Way:
         times: updates for which they must be.
         plateau: time without progress after which it is stuck [s].
         progress: what counts as progress of the residuals' norm.
+        turns: updates that finger 0 of a pair slides before the others do, and so on in turn; 0:
+            all at once. Fingers that slide around an object the same way turn it along if it is
+            free to; those that rest hold it.
     """
 
     pair: bool = False
@@ -49,6 +58,7 @@ class Way:
     times: int = 5
     plateau: float = 3.0
     progress: float = 0.02
+    turns: int = 0
 
 
 class Slider:
@@ -64,6 +74,8 @@ class Slider:
     """
 
     def __init__(self, way: Way, middles: Array) -> None:
+        if way.pair and way.kind in SINGLE:
+            raise ValueError(f"{way.kind} is for three contacts, not for a pair")
         self.way = way
         self.references = middles.copy()
         self.rates = np.zeros((3, 3))
@@ -76,6 +88,7 @@ class Slider:
         self._least = np.inf
         self._since = 0
         self._sequence = residuals.Sequential()
+        self._feelers = [curvature.Curvature(way.radius, noise=NOISE) for _ in range(3)]
 
     @property
     def stuck(self) -> bool:
@@ -100,21 +113,37 @@ class Slider:
         self.rho, self.moment = float(np.linalg.norm(rho)), float(np.linalg.norm(moment))
         self.history.append((self.rho, self.moment))
         self._judge()
-        kind: residuals.Kind = (
-            self._sequence.choose(rho) if w.kind == "sequential" else w.kind  # type: ignore
-        )
-        if w.pair:
-            step = virtual.displacements(
-                normals, points, virtual.PAIR, w.radius, w.alpha, kind, w.variant, most
-            )
-        else:
-            step = residuals.displacements(normals, points, w.radius, w.alpha, kind, most)
+        step = self._displacements(normals, points, middles, rho, most)
+        if w.pair and w.turns:
+            second = (len(self.history) // w.turns) % 2 == 1
+            step[[0] if second else [1, 2]] = 0.0
         self.rates = step / PERIOD
         away = self.references + self._step - middles
         self._step = step
         away -= normals * np.sum(away * normals, axis=1)[:, None]
         far = np.linalg.norm(away, axis=1)[:, None]
         self.references = middles + away * np.minimum(1.0, w.leash / np.maximum(far, 1e-9))
+
+    def _displacements(
+        self, normals: Array, points: Array, middles: Array, rho: Array, most: float
+    ) -> Array:
+        """Down the gradients, by the kind of controller, shape (3, 3) [m]."""
+        w = self.way
+        if w.kind == "printed":
+            return angles.displacements(normals, points, w.radius, w.alpha, "null", most=most)
+        if w.kind == "curvature":
+            for feeler, normal, middle in zip(self._feelers, normals, middles, strict=True):
+                feeler.feel(normal, middle)
+            shapes = [feeler.estimate() for feeler in self._feelers]
+            return curvature.displacements(normals, points, shapes, w.radius, w.alpha, most)
+        kind: residuals.Kind = (
+            self._sequence.choose(rho) if w.kind == "sequential" else w.kind  # type: ignore
+        )
+        if w.pair:
+            return virtual.displacements(
+                normals, points, virtual.PAIR, w.radius, w.alpha, kind, w.variant, most
+            )
+        return residuals.displacements(normals, points, w.radius, w.alpha, kind, most)
 
     def _judge(self) -> None:
         if self.converged:

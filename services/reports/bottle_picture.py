@@ -96,13 +96,17 @@ def _still(axis: plt.Axes, seen: Bottled) -> None:
 
 def _nodes(axis: plt.Axes, seen: Bottled) -> None:
     before, free = "", -math.inf
+    late = float(seen.t[-1]) - 1.5  # what begins there has no room to its right [s]
     low, high = axis.get_ylim()
     axis.set_ylim(low, high + 0.9 * (high - low))
     for t, node in zip(seen.t, seen.node, strict=True):
         if node and node != before:
             axis.axvline(t, color="0.8", lw=0.6)
             if t - free > 0.4:
-                axis.text(t, high, node, fontsize=7, rotation=50, va="bottom", clip_on=True)
+                side = "right" if t > late else "left"
+                axis.text(
+                    t, high, node, fontsize=7, rotation=50, va="bottom", ha=side, clip_on=True
+                )
                 free = t
         before = node
 

@@ -18,14 +18,20 @@ ARM_KNOWN, HAND_KNOWN = 1.0, 1.0
 """Shares of described joint friction that are fed forward; the true one differs by 20 %."""
 
 
+Controller = Literal["sum", "null", "force", "moment", "sequential", "printed", "curvature"]
+"""As of ``arm.hand.sliding.Way``; the last two for three contacts only."""
+
+
 class Options(Base):
     """What may be chosen."""
 
     lift: bool = False
     """The object stands free, friction 0.5, and is lifted, shaken and pushed; else it is fixed."""
-    controller: Literal["sum", "null", "force", "moment", "sequential"] = "sum"
+    controller: Controller = "sum"
     tries: int = Field(default=3, ge=1, le=5)
     """Reaches, the first included."""
+    tilt: tuple[float, float] | None = None
+    """Of first reaches from the axis, from, to; the experiment's own if not stated [rad]."""
     friction: float | None = Field(default=None, gt=0.0, le=1.5)
     """Of the object; 0.3 fixed, 0.5 free if not stated."""
     mass: float = Field(default=0.5, gt=0.0, le=3.0)
@@ -69,4 +75,4 @@ def run_thing(
         ARM_KNOWN if setting.arm_friction else 0.0,
         HAND_KNOWN if setting.finger_friction else 0.0,
     )
-    return figures(run_hand(seed, setting, plan, Start(tilt), fed))
+    return figures(run_hand(seed, setting, plan, Start(options.tilt or tilt), fed))

@@ -40,6 +40,7 @@ def figures(trial: Trial) -> dict[str, Any]:
         "ends": [t.end for t in grasp.tries],
         "updates": last.updates if converged else None,
         "off": felt.off / felt.samples if felt.samples else None,
+        "released": felt.released / felt.samples if felt.samples else None,
         "force_rms": float(np.sqrt(np.mean(force**2))) if len(force) else None,
         "force_far": float(np.mean(force > FORCE)) if len(force) else None,
         "normal_rms": float(np.sqrt(np.mean(normal**2))) if len(normal) else None,
@@ -117,6 +118,10 @@ def lines(rows: list[dict[str, Any]], goal: float, updates: float = 40.0) -> lis
         share("grasp found", (row["converged"] for row in rows), goal=goal),
         share("grasp found at the first reach", (row["tries"] == 1 for row in found)),
         share("found by reaching again, of those that had to", _again(stuck), goal=0.9),
+        *(
+            share(f"... where {end!r} ended the first", _again(rest))
+            for end, rest in _ends_of(stuck)
+        ),
         middle("updates to convergence", (row["updates"] for row in found), goal=updates),
         middle("orientation before [rad]", (row["angle_before"] for row in rows)),
         middle("orientation after [rad]", (row["angle_after"] for row in found)),
@@ -128,6 +133,8 @@ def lines(rows: list[dict[str, Any]], goal: float, updates: float = 40.0) -> lis
         middle("epsilon at friction 0.3", (row["eps_03"] for row in found)),
         middle("epsilon at friction 0.5", (row["eps_05"] for row in found)),
         share("contact kept in 99.5 % of steps", (row["off"] <= 0.005 for row in found), 0.95),
+        share("... of steps of the physics", (row["released"] <= 0.005 for row in found)),
+        middle("steps of the physics without contact", (row["released"] for row in found)),
         share("force within 0.5 N in 99 %", (row["force_far"] <= 0.01 for row in found)),
         middle("force error, rms [N]", (row["force_rms"] for row in found)),
         middle("normal error, rms [rad]", (row["normal_rms"] for row in found), goal=0.03),
@@ -143,6 +150,12 @@ def lines(rows: list[dict[str, Any]], goal: float, updates: float = 40.0) -> lis
             middle("moved while fingers slid [m]", (row["moved_m"] for row in rows)),
         ]
     return out
+
+
+def _ends_of(stuck: list[dict[str, Any]]) -> list[tuple[str, list[dict[str, Any]]]]:
+    """Rows by how their first reach ended."""
+    names = sorted({row["ends"][0] for row in stuck})
+    return [(name, [row for row in stuck if row["ends"][0] == name]) for name in names]
 
 
 def _again(stuck: list[dict[str, Any]]) -> list[bool]:

@@ -50,7 +50,8 @@ class Felt:
     """What happened while sliding, in the last try, at every torque period.
 
     Attributes:
-        off: samples of a tip off the object, and all samples.
+        off: periods in which a tip touched nothing at all, of ``samples``.
+        released: such that ended with a tip that touches nothing, be it for a step of the physics.
         force: squared error of the normal force, a row an update [N], of tips' means.
         normal: angles between believed and true normals [rad].
         peak: largest force on a tip in the whole trial [N].
@@ -58,6 +59,7 @@ class Felt:
     """
 
     off: int = 0
+    released: int = 0
     samples: int = 0
     force: list[list[float]] = field(default_factory=list)
     normal: list[list[float]] = field(default_factory=list)
@@ -122,6 +124,7 @@ class HandTrial:
         self.trial = Trial(self.grasp, Felt())
         self._tau = np.zeros(11)
         self._substeps = round(PERIOD / setting.step)
+        self._touched: set[str] | None = None
         self._foot = self.world.object()[1].copy()
 
     def _place(
@@ -201,7 +204,7 @@ class HandTrial:
         if sliding:
             self._feel(contacts, new)
         if grasp.phase == "away":
-            felt.off = felt.samples = 0
+            felt.off = felt.released = felt.samples = 0
             felt.force, felt.normal = [], []
         for body, rows in contacts.items():
             size = float(np.linalg.norm(rows[:, 3:].sum(axis=0)))
@@ -209,8 +212,11 @@ class HandTrial:
                 felt.peak = max(felt.peak, size)
             else:
                 felt.knock = max(felt.knock, size)
+        self._touched = set() if sliding else None
         for _ in range(self._substeps):
             world.step(self._tau)
+            if self._touched is not None:
+                self._touched |= world.contacts().keys()
 
     def _feel(self, contacts: dict[str, Array], new: bool) -> None:
         felt, feel = self.trial.felt, self.grasp.feel
@@ -223,8 +229,10 @@ class HandTrial:
         middles = self.world.tips() if new else None
         for i, tip in enumerate(self.world.robot.hand.tips):
             rows = contacts.get(tip)
-            felt.samples += 1
-            felt.off += rows is None
+            if self._touched is not None:  # not known of the first period
+                felt.samples += 1
+                felt.off += tip not in self._touched
+                felt.released += rows is None
             if rows is not None and middles is not None:
                 n = rows[:, :3].mean(axis=0) - middles[i]
                 n /= max(np.linalg.norm(n), 1e-9)

@@ -10,7 +10,7 @@ from arm.hand.law import Law
 from arm.hand.model import HandModel
 from arm.hand.plan import THREE
 from arm.hand.reaching import DEPTH, Guess, Path, across, look, opened, solve
-from arm.hand.sliding import PERIOD, Slider, Way
+from arm.hand.sliding import PERIOD, SINGLE, Slider, Way
 from arm.hand.squeeze import internal
 from arm.hand.ways import FLOOR, _room, elsewhere
 
@@ -117,6 +117,29 @@ def test_references_stay_on_their_leash_and_on_the_surface() -> None:
         away = slider.references - x
         assert np.abs(np.sum(away * normals, axis=1)).max() < 1e-12
         assert np.linalg.norm(away, axis=1).max() <= way.leash + 1e-12
+
+
+def test_fingers_of_a_pair_slide_in_turn_and_the_others_rest_meanwhile() -> None:
+    """What rests holds an object that is free to turn along."""
+    rng = np.random.default_rng(3)
+    normals = rng.normal(size=(3, 3))
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    x = rng.normal(size=(3, 3)) * 0.05
+    slider = Slider(Way(pair=True, turns=4), x)
+    moved = []
+    for _ in range(16):
+        slider.update(normals, x, x)
+        moved.append(np.linalg.norm(slider.rates, axis=1) > 0.0)
+    first, pair = np.array(moved)[:, 0], np.array(moved)[:, 1:]
+    assert (first ^ pair.all(axis=1)).all() and (first ^ pair.any(axis=1)).all()
+    assert 4 <= first.sum() <= 12
+
+
+@pytest.mark.parametrize("kind", SINGLE)
+def test_controllers_of_three_contacts_refuse_a_pair(kind: str) -> None:
+    """They do not know virtual contacts."""
+    with pytest.raises(ValueError, match="three contacts"):
+        Slider(Way(pair=True, kind=kind), np.zeros((3, 3)))
 
 
 def test_a_cell_that_does_not_vary_is_dead_and_one_that_is_not_a_number_too() -> None:

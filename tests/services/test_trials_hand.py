@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from arm.hand.plan import PAIR, THREE, Plan
+from services.trials.experiments import grasp_controllers
 from services.trials.hand_experiment import Options, run_thing
 from services.trials.hand_figures import angle, rise
 from services.trials.hand_pictures import density
@@ -53,6 +54,16 @@ def test_fingers_that_close_on_nothing_say_so() -> None:
     row = run_thing(0, Options(fault="missing", tries=1), "roll", THREE, NEAR)
     assert row["outcome"] == "nothing there"
     assert row["peak_n"] == 0.0
+
+
+def test_controllers_are_compared_from_the_same_start() -> None:
+    """A row has each controller's trial; they differ, and where they start from does not."""
+    options = grasp_controllers.Options(controllers=("sum", "curvature"), tilt=NEAR)
+    row = grasp_controllers.run(1, options)
+    assert row["sum"]["angle_before"] == row["curvature"]["angle_before"]
+    assert row["sum"]["rho"] != row["curvature"]["rho"]
+    labels = [line.label for line in grasp_controllers.summary([row])]
+    assert "curvature: grasp found" in labels
 
 
 def test_orientation_is_folded_and_its_density_is_one_in_all() -> None:
