@@ -161,7 +161,7 @@ def test_rotation_turns_against_gravity(seed: int) -> None:
     rng = np.random.default_rng(seed)
     n, x = _contacts(seed, 1)
     n[0, 2] = abs(n[0, 2])  # hanging is a minimum of the moment, which the sum may stay at
-    centre = x + 0.05 * n + 0.01 * rng.normal(size=3)
+    centre = x + 0.05 * n + rng.uniform(-0.01, 0.01, 3)
     for _ in range(300):
         turn = gravity.rotation(n, x, centre[0], alpha=0.1)
         angle = np.linalg.norm(turn)
