@@ -23,6 +23,7 @@ from arm.grasping.nodes.carrying import carried
 from arm.grasping.nodes.node import quantities
 from arm.grasping.regions import Regions
 from arm.grasping.scene import BoxPlace, Faces, Scene, between, box_in_platform
+from arm.hds import Program
 from arm.joint_limits import PATIENCE, JointLimits
 from arm.node_runner import NodeRunner
 from services.messages import ArmCommand, ArmState, ArmStatus, Estimate, ObjectEstimate
@@ -69,6 +70,12 @@ class GraspExecutive(NodeRunner):
         self._holding = False
         self._parted = 0.0
         self._lifted = False
+
+    def start(self, program: Program) -> None:
+        """Run a checked program from its initial node; ValueError as any executive."""
+        super().start(program)
+        if not any(self.feel.touches):
+            self._faces = Faces()  # the box may have been put elsewhere since
 
     # --- what the safe states ask of these arms -------------------------------------------------
 
@@ -171,7 +178,7 @@ class GraspExecutive(NodeRunner):
             return self._step.move
         # a palm that has lost touch comes back to what the other one keeps
         self._parted = 0.0 if self.feel.both else self._parted + scene.dt
-        wide = scene.width > 0.5 * float(self._size[1])
+        wide = scene.width > 0.5 * float(scene.size[1])
         if self._holding and wide and self._parted < PARTED and any(self.feel.touches):
             return carried(self.hands)
         self._holding = False

@@ -29,8 +29,9 @@ STATES = (
     GOAL,
     LOST,
 )
-"""From 1.8 m on, off or on the box's own axis; nearer, so too; arms not at rest; too near to drive
-there, arms free; the same, touching; before the box and touching, or not; the four goal regions."""
+"""From 1.8 m on, off or on the way to come at the box; nearer, so too; arms not at rest; too near
+to drive there, arms free; the same, touching; before the box and touching, or not; the four goal
+regions."""
 
 DRIVABLE = frozenset({"far_aside", "far_ahead", "aside", "front"})
 FAR, NEAR = 1.8, 0.9
@@ -107,7 +108,7 @@ class Facts:
         seen: the box is known.
         regions: the innermost goal region, empty if in none.
         distance: of the box from the platform's middle [m].
-        angle: off the box's own axis, as seen from the box, 0 straight before it [rad].
+        angle: off the way to come at the box (``BoxPlace.approach``), as seen from it [rad].
         unstowed: of the joint farthest from its posture at rest [rad].
         touching: palms that touch.
         held: the box is off the table.

@@ -15,6 +15,9 @@ from services.messages import ObjectEstimate
 
 Array = NDArray[np.float64]
 
+SQUARE, OBLIQUE = 0.2, 0.3
+"""A box that was turned further than the one is come at up to the other off the square [rad]."""
+
 
 @dataclass
 class BoxPlace:
@@ -48,6 +51,17 @@ class BoxPlace:
         """Horizontal unit vector across the line, ahead."""
         n = self.across
         return np.array([n[1], -n[0], 0.0])
+
+    @property
+    def approach(self) -> float:
+        """Heading in B in which the platform best comes at it [rad].
+
+        Square on, unless the box was turned: where the robot would stand then the table may be.
+        """
+        into = math.atan2(self.along[1], self.along[0])
+        free = into if self.ahead is None else math.atan2(self.ahead[1], self.ahead[0])
+        off = math.remainder(free - into, math.tau)
+        return into + math.copysign(min(max(abs(off) - SQUARE, 0.0), OBLIQUE), off)
 
     @property
     def tilt(self) -> float:

@@ -137,7 +137,8 @@ def facts_of(regions: Seeing, rest: np.ndarray) -> Facts:
     box = scene.box
     if box is None:
         return Facts(False, "", math.inf, 0.0, unstowed, touching, regions.held)
-    angle = math.atan2(abs(float(box.p @ box.across)), float(box.p @ box.along))
+    bearing = math.atan2(float(box.p[1]), float(box.p[0]))
+    angle = abs(math.remainder(bearing - box.approach, math.tau))
     distance = math.hypot(float(box.p[0]), float(box.p[1]))
     region = inner[-1] if inner else ""
     return Facts(True, region, distance, angle, unstowed, touching, regions.held)

@@ -11,7 +11,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from arm.control.priority import priorities
-from arm.grasping.above import below
+from arm.grasping.above import Above, below
 from arm.grasping.feel import Feel
 from arm.grasping.glide import Glide
 from arm.grasping.hands import Hands, written
@@ -249,3 +249,31 @@ def test_what_is_below_a_palm_is_the_box_only_over_it() -> None:
     assert below(box, box.p + [0.0, 0.14, 0.2], half) == pytest.approx(top)
     assert below(box, box.p + [0.0, 0.16, 0.2], half) == pytest.approx(top - 0.178)
     assert below(box, box.p + [0.0, 0.14, 0.0], half) == pytest.approx(top - 0.178)
+
+
+def test_a_turned_box_is_come_at_a_little_off_the_square() -> None:
+    """Towards where the way was free, by 0.3 rad at most; one as it was first seen, square on."""
+    seen = scene()
+    assert seen.box is not None
+    ahead = np.array([1.0, 0.0, 0.0])
+    for yaw, heading in ((0.0, 0.0), (0.15, 0.15), (0.4, 0.2), (0.78, 0.48), (-0.78, -0.48)):
+        R = Rotation.from_euler("z", yaw).as_matrix()
+        box = replace(seen.box, R=R, ahead=ahead)
+        assert box.approach == pytest.approx(heading, abs=1e-6)
+
+
+def test_palms_keep_off_the_table_by_what_is_known_of_its_height() -> None:
+    """15 mm and two deviations of the box's height; further up nothing is asked for."""
+    seen = scene()
+    assert seen.box is not None
+    lowest = min(
+        float(p[2] - np.abs(R[2]) @ seen.half_palm)
+        for p, R in zip(seen.palms.p, seen.palms.R, strict=True)
+    )
+    for sd, clear, asked in ((0.0, 0.016, False), (0.0, 0.014, True), (0.01, 0.034, True)):
+        p = np.array([2.0, 0.0, lowest - clear + 0.5 * SIZE[2]])
+        box = replace(seen.box, p=p, sd=np.array([0.0, 0.0, sd, 0.0]))
+        anything: Any = replace(seen, box=box)
+        rows = Above().rows(anything, 0.004)
+        assert (len(rows.J) > 0) == asked
+        assert (rows.rate > 0.0).all()

@@ -22,9 +22,6 @@ STILL_TIME = 0.2
 """... for this long [s]."""
 PATIENCE = 4.0
 """A platform that stands elsewhere for this long is taken to be held up [s]."""
-SQUARE, OBLIQUE = 0.2, 0.3
-"""A box that was turned further than the one is taken up to the other off the square: where the
-robot would stand straight in front of a face the table may be [rad]."""
 MOVED = 0.10, 0.15
 """A goal that comes to lie elsewhere, by better sight, is asked for anew [m, rad]."""
 
@@ -90,10 +87,7 @@ class DriveToBox:
         if self._side == "towards":
             away = math.atan2(-box.p[1], -box.p[0])
         else:
-            into = math.atan2(box.along[1], box.along[0])
-            free = into if box.ahead is None else math.atan2(box.ahead[1], box.ahead[0])
-            off = math.remainder(free - into, math.tau)
-            away = into + math.pi + math.copysign(min(max(abs(off) - SQUARE, 0.0), OBLIQUE), off)
+            away = box.approach + math.pi
         x = float(box.p[0]) + self._distance * math.cos(away)
         y = float(box.p[1]) + self._distance * math.sin(away)
         heading = pose[2] + math.remainder(away + math.pi, math.tau)
