@@ -39,6 +39,8 @@ STEP = 0.004
 PALMS = ("left_palm", "right_palm")
 PADS = slice(TWO_ARM_DOFS, TWO_ARM_DOFS + 2)
 """Pads of the palms among the simulated degrees of freedom, which the controllers' have not."""
+SHALLOW = 2e-6
+"""What nobody could measure of a pad's place [m]."""
 RUBBER = 1.5
 """Friction of palms and table, high enough that the box's own decides [1]."""
 
@@ -195,20 +197,34 @@ class TwoArmPhysics(RobotWorld):
         pad that touches nothing, those of the end of the step, or so light a face would not rest.
         """
         pad, dt = self.robot.palms.pad, self._world.getTimeStep()
+        touched = self._pads_touch()
         x, v = self._skeleton.getPositions()[PADS], self._skeleton.getVelocities()[PADS]
         free = -pad.stiffness * (x + v * dt) - pad.damping * v
         free /= 1.0 + (pad.damping * dt + pad.stiffness * dt * dt) / pad.mass
-        touching = self._touching()
-        touched = [name in touching for name in PALMS]
         pressed = np.minimum(pad.stiffness * x + pad.damping * v, pad.plateau)
         return np.where(touched, -pressed, free)
 
-    def _touching(self) -> set[str]:
-        """Who touches anything where everything is now.
+    def _pads_touch(self) -> list[bool]:
+        """Whether each pad touches anything in the step to come, left then right.
 
-        Not who did in the last step: a contact as shallow as rounding comes and goes, and a step
-        that finds none would have a spring throw its pad into what it lay on.
+        Not whether it did in the last: the solver lets a contact grow as shallow as rounding, and
+        a step that finds none would have a spring throw its pad into what it lay on. A pad that is
+        pressed in and lost its contact so is put back by ``SHALLOW``.
         """
+        touching = self._touching()
+        x = self._skeleton.getPositions()
+        lost = [
+            any(self._contact[name]) and name not in touching and pressed > SHALLOW
+            for name, pressed in zip(PALMS, x[PADS], strict=True)
+        ]
+        if any(lost):
+            x[PADS] -= SHALLOW * np.array(lost)
+            self._skeleton.setPositions(x)
+            touching = self._touching()
+        return [name in touching for name in PALMS]
+
+    def _touching(self) -> set[str]:
+        """Who touches anything where everything is now."""
         solver = self._world.getConstraintSolver()
         found = dart.collision.CollisionResult()
         solver.getCollisionGroup().collide(solver.getCollisionOption(), found)

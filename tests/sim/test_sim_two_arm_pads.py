@@ -12,7 +12,7 @@ from deploy.skeleton import TWO_ARM_DOFS
 from services.messages import Truth
 from sim.effects import Effects
 from sim.scenario import Box, Mismatch, Table, World
-from sim.two_arm_physics import PADS, TwoArmPhysics
+from sim.two_arm_physics import PADS, PALMS, TwoArmPhysics
 from tests.sim.two_arm_loop import ROBOT, Squeezer, run, scenario
 
 PAD = load_robot(ROBOT, TwoArmRobot).palms.pad
@@ -27,6 +27,25 @@ def test_a_squeezed_pad_gives_way_as_it_is_stiff() -> None:
     pressed = [math.hypot(*last.forces[name]) for name in ("left_palm", "right_palm")]
     assert min(pressed) > 15.0
     np.testing.assert_allclose(way * PAD.stiffness, pressed, rtol=0.1)
+
+
+@pytest.mark.parametrize(("apart", "touches"), [(1e-6, True), (1e-4, False)])
+def test_a_pad_that_is_pressed_does_not_lose_touch_by_rounding(apart: float, touches: bool) -> None:
+    """One that has gone further has; thrown by its spring it would go through the box."""
+    made = scenario(exact=False, platform_start=(-0.6, 0.0, 0.0))
+    seen = run(made, 3.0, arms=Squeezer(np.array([0.6, 0.0, 0.839]), 0.1395, 25.0, 0.0))
+    physics = seen.simulator.physics
+    x = physics._skeleton.getPositions()
+    deep = [0.0, 0.0]
+    for contact in physics._world.getLastCollisionResult().getContacts():
+        frames = (contact.collisionObject1, contact.collisionObject2)
+        names = [physics._body_of(side.getShapeFrame()) for side in frames]
+        for i, name in enumerate(PALMS):
+            deep[i] = max(deep[i], contact.penetrationDepth * (name in names))
+    x[PADS] += np.array(deep) + apart
+    physics._skeleton.setPositions(x)
+    assert "left_palm" not in physics._touching()
+    assert physics._pads_touch() == [touches, touches]
 
 
 def test_pads_weigh_nothing_extra_and_are_not_the_controllers_to_know() -> None:
