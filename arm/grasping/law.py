@@ -23,8 +23,9 @@ class Gains:
 
     velocity: float = 60.0
     """Kv [1/s]."""
-    acceleration: float = 8.0
-    """Largest change of a joint's reference rate [rad/s^2], ..."""
+    acceleration: tuple[float, ...] = (8.0, 8.0, 8.0, 8.0, 32.0, 32.0, 32.0)
+    """Largest change of the joints' reference rates [rad/s^2], of an arm's seven: near a
+    singularity of the wrist all would wait for its joints, which have little to move, ..."""
     yielding: float = 100.0
     """... and of one that gives way."""
     friction_width: float = 0.02
@@ -51,6 +52,7 @@ class Law:
         arms = model.robot.arms
         self._coulomb = np.array(arms.coulomb_friction * 2)
         self._viscous = np.array(arms.viscous_friction * 2)
+        self._acceleration = np.array(self.gains.acceleration * 2)
         self._limit = np.array(arms.torque_limit * 2)
         self._fastest = 0.8 * np.array(arms.velocity_limit * 2)
         self.reference = np.zeros(JOINTS)
@@ -87,9 +89,8 @@ class Law:
         g = self.gains
         wanted = wanted / max(1.0, float(np.max(np.abs(wanted) / self._fastest)))
         change = wanted - self.reference
-        most = float(np.max(np.abs(change)))
-        limit = g.yielding if hard else g.acceleration
-        step = change * min(1.0, limit * dt / max(most, 1e-12))
+        limit = np.full(JOINTS, g.yielding) if hard else self._acceleration
+        step = change * min(1.0, dt / max(float(np.max(np.abs(change) / limit)), 1e-12))
         before, self.reference = self.reference, self.reference + step
         # not slowed down with the others: a joint brakes for the end of its range by itself
         kept = np.minimum(np.maximum(self.reference, ends.lowest), ends.highest)
