@@ -130,7 +130,7 @@ class Executive(NodeRunner):
         self._node = None
         self._interrupted = None
 
-    def _begin_anew(self) -> None:
+    def _forget_way_back(self) -> None:
         self._node = self._interrupted = None
 
     def _come_back(self) -> None:
@@ -245,7 +245,7 @@ class Executive(NodeRunner):
                 self._t = None  # do not go on pulling towards a reference the arm cannot reach
         return ArmCommand(t=state.t, tau=tau), self._status(state.t)
 
-    def _anew(self, state: ArmState) -> None:
+    def _after_gap(self, state: ArmState) -> None:
         """Take the present joint positions for the reference."""
         self._reference.reset(state.q)
         self._law.reset(np.zeros(self.model.joints))

@@ -59,8 +59,8 @@ class NodeRunner(ProgramRunner):
 
     # --- what an arm does about it ------------------------------------------------------------
 
-    def _anew(self, state: ArmState) -> None:
-        """Begin, or begin anew after a gap, at a state of the joints."""
+    def _after_gap(self, state: ArmState) -> None:
+        """Begin at a state of the joints: the first, or the first after a gap."""
 
     def _without_estimate(self, problem: str) -> None:
         """Whatever relies on the platform's motion must stop relying on it."""
@@ -145,7 +145,7 @@ class NodeRunner(ProgramRunner):
         dt = self._period if before is None else state.t - before
         if before is None or dt > LONGEST_TICK:
             dt = self._period
-            self._anew(state)
+            self._after_gap(state)
             if before is not None and self._moving:
                 self._interrupt("Failed", "the arm's own state was late")
         problem = self._platform.follow(dt, state.t, estimate)

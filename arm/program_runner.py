@@ -168,7 +168,7 @@ class ProgramRunner:
             self._drop(stopped=False)
             self.states.fire("Done", "aborted")
             return
-        self._begin_anew()
+        self._forget_way_back()
         self._start_node = True
         self.states.fire("Give_up")
 
@@ -212,7 +212,7 @@ class ProgramRunner:
         """Whether a program is interrupted."""
         return self.states.type == "Halt"
 
-    def _begin_anew(self) -> None:
+    def _forget_way_back(self) -> None:
         """An abort leads on from here: there is no way back any more."""
 
     def _interrupt(self, event: str, reason: str, keep_place: bool = False) -> None:

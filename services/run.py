@@ -181,7 +181,8 @@ def write_report(
     plain = json.dumps(_known(result), indent=2, allow_nan=False)
     (folder / "result.json").write_text(plain + "\n")
     if pictures:
-        from services.reports.report import write_pictures  # slow to import, and not always wanted
+        # slow to import, and not always wanted
+        from services.reports.pictures import write_pictures
 
         write_pictures(log, folder, title, scenario)
 

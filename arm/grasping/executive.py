@@ -134,7 +134,7 @@ class GraspExecutive(NodeRunner):
             self.protective_stop(violated)
         return ArmCommand(t=state.t, tau=tau), self._status(state.t)
 
-    def _anew(self, state: ArmState) -> None:
+    def _after_gap(self, state: ArmState) -> None:
         self._law.reset()
 
     def _trusted(self, estimate: Estimate | None) -> Estimate | None:

@@ -1,8 +1,8 @@
 """The node types of the arm, one file each. A new one is one file and its line here."""
 
-from functools import partial
+from collections.abc import Callable
 
-from arm.hds import registry
+from arm.hds import Node, Program, registry
 from arm.nodes import (
     drive_to,
     goto_ground,
@@ -20,7 +20,7 @@ from arm.nodes import (
     whiteboard_wave,
     whiteboard_wipe,
 )
-from arm.nodes.build import build_from
+from arm.nodes.build import builder
 from arm.nodes.node import Context, Control, Step
 from arm.nodes.quantities import QUANTITIES
 from arm.nodes.wait import Wait
@@ -44,7 +44,7 @@ REGISTRY = registry(
     quantities=QUANTITIES,
 )
 
-build = partial(build_from, REGISTRY)
-"""The control of a node of a program: ``build(node, program)``; ValueError if it cannot be."""
+build: Callable[[Node, Program], Control] = builder(REGISTRY)
+"""The control of a node of a program; ValueError if it cannot be made, naming the node."""
 
 __all__ = ["REGISTRY", "Context", "Control", "Step", "Wait", "build"]

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 from arm.hds import Finding, Node, NodeType, ParameterValue, Program
 from arm.hds.syntax import Span
@@ -49,8 +51,13 @@ def find_file(name: str, beside: Path | None) -> Path:
     raise ValueError(f"there is no file {name!r} in {places}")
 
 
-def build_from(types: Mapping[str, NodeType], node: Node, program: Program) -> Control:
-    """The control of a program's node.
+def builder(types: Mapping[str, NodeType]) -> Callable[[Node, Program], Any]:
+    """What makes the control of a node, by such types: ``build_from`` of them."""
+    return partial(build_from, types)
+
+
+def build_from(types: Mapping[str, NodeType], node: Node, program: Program) -> Any:
+    """The control of a program's node, as its type makes it.
 
     Raises:
         ValueError: it cannot be made; the text names the node.

@@ -16,7 +16,7 @@ from observer.bench.score import AFTERMATH, BINS, Score
 from observer.bench.world import PUSH_TIME, World
 from observer.metrics import chi2_band
 from services.bench.observer import Plan
-from services.reports.report import plt, save
+from services.reports.style import plt, save
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

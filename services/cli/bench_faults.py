@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json as jsonlib
+import math
 import tempfile
 from pathlib import Path
 from typing import Annotated, Any
@@ -35,8 +36,8 @@ def faults(
 ) -> None:
     """Kill, stop, lock and slow the services of a live robot; nothing else should run meanwhile.
 
-    Exit code 1 if a process is left over, or a fault leaves the arm neither at work nor with a
-    reason.
+    Exit code 1 if a process is left over, a fault leaves the arm neither at work nor with a reason,
+    or what was to be safe or ready again never was.
     """
     from services.faults.processes import campaign
 
@@ -49,11 +50,17 @@ def faults(
         typer.echo(jsonlib.dumps(result, indent=2))
     else:
         _show(result)
-    well = all(f["whole"] for f in result["found"]) and not any(result["orphans"].values())
-    raise typer.Exit(0 if well else 1)
+    raise typer.Exit(0 if _well(result) else 1)
+
+
+def _well(result: dict[str, Any]) -> bool:
+    in_vain = (*result["orphans"].values(), *result["never"].values())
+    return all(f["whole"] for f in result["found"]) and not any(in_vain)
 
 
 def _show(result: dict[str, Any]) -> None:
+    from services.faults.processes import PATIENCE
+
     table = Table(*(head.replace("[", "\\[") for head in HEADS))
     groups = sorted({(f["kind"], f["service"]) for f in result["found"]})
     for kind, service in groups:
@@ -69,6 +76,13 @@ def _show(result: dict[str, Any]) -> None:
         f"{result['force']:.1f} N",
         highlight=False,
     )
+    never = result["never"]
+    if any(never.values()):
+        console.print(
+            f"[red]never safe (within {PATIENCE:g} s): {never['safe']}; never ready again: "
+            f"{never['ready']}[/]",
+            highlight=False,
+        )
     if result["safe"] is not None:
         over = max(0.0, result["safe"] - GOAL)
         console.print(
@@ -81,5 +95,14 @@ def _show(result: dict[str, Any]) -> None:
 
 
 def _middle_and_largest(found: list[dict[str, Any]], key: str) -> tuple[str, str]:
-    values = [f[key] for f in found if f[key] is not None]
-    return (f"{np.median(values):.3f}", f"{max(values):.3f}") if values else ("-", "-")
+    """Median and largest, where what never was is longer than all else; "-" of nothing."""
+    awaited = "safe" if key == "by_clock" else key
+    times = [math.inf if awaited in f["never"] else f[key] for f in found]
+    known = sorted(time for time in times if time is not None)
+    if not known:
+        return "-", "-"
+    return _words(float(np.median(known))), _words(known[-1])
+
+
+def _words(time: float) -> str:
+    return "never" if math.isinf(time) else f"{time:.3f}"

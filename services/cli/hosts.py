@@ -13,11 +13,14 @@ from typing import Annotated
 import typer
 from rich.text import Text
 
+from services.cli import hosts_try as cli_hosts_try
 from services.cli.common import console, fail
 
 hosts = typer.Typer(
     help="Robots spread over several hosts.", no_args_is_help=True, rich_markup_mode=None
 )
+hosts.command(name="try")(cli_hosts_try.try_)
+
 PATIENCE = 40.0  # [s] for a host to end: its recorder may have a log to finish
 
 

@@ -10,13 +10,11 @@ import typer
 from rich.table import Table
 
 from services.cli.common import Json, console, fail, show_json
-from services.cli.hosts import hosts
 
 GOAL = 1.0
 """From the intended line, on bad links [mm rms]."""
 
 
-@hosts.command("try")
 def try_(
     file: Annotated[Path, typer.Argument(help="Hosts file: a path, or a name: three.")],
     scenario: Annotated[str, typer.Option(help="Instead of the file's.")] = "",

@@ -24,7 +24,7 @@ COMMANDS = {
     "console": "services.cli.console:console_",
     "disturb": "services.cli.disturb:disturb",
     "watch": "services.live.watch:watch",
-    "hosts": "services.cli.hosts_try:hosts",
+    "hosts": "services.cli.hosts:hosts",
     "keys": "services.cli.keys:keys",
     "doctor": "services.live.doctor:doctor",
 }

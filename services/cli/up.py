@@ -14,7 +14,8 @@ from rich.markup import escape
 from services.cli.common import OBSERVERS, Json, Robot, RunDir, console, errors, fail, show_json
 
 if TYPE_CHECKING:
-    from services.live.supervisor import Event, Plan
+    from services.live.plan import Plan
+    from services.live.supervisor import Event
 
 COLOURS = {"ready": "green", "restarted": "green", "died": "red", "hung": "red"}
 
@@ -50,6 +51,9 @@ def up(
     hang: Annotated[
         float, typer.Option(help="To stand still for so long, when it could go on, is a hang [s].")
     ] = 0.4,
+    without: Annotated[
+        str, typer.Option(help="Do not start this one: somebody else does. Only sim, the robot.")
+    ] = "",
     no_spares: Annotated[
         bool, typer.Option("--no-spares", help="Keep no process ready for restarts.")
     ] = False,
@@ -67,10 +71,11 @@ def up(
     from deploy.tomlfile import BadFile
     from observer.observer import KINDS
     from services.cli.waiting import Waiting
+    from services.live.plan import Plan, Spread
     from services.live.process import FACTORY
-    from services.live.supervisor import Plan, Spread, Supervisor
+    from services.live.supervisor import Supervisor
     from services.lockstep import TICK
-    from services.topics import RECORDER, SERVICES
+    from services.topics import RECORDER, ROBOT_PROCESS, SERVICES
     from services.wire.endpoints import default_run_dir
     from sim.scenario import load_scenario
 
@@ -97,6 +102,12 @@ def up(
             fail(f"{hosts}: {', '.join(homeless)} of {scenario} on no host", 2)
         here = tuple(name for name in everywhere if places.place(name) == host)
         spread = Spread(hosts.resolve(), host, keys.resolve(), everywhere)
+    brought: tuple[str, ...] = ()
+    if without:
+        if without != ROBOT_PROCESS or without not in here or paced:
+            fail(f"--without {without}: only {ROBOT_PROCESS}, of those that run here, and live", 2)
+        here = tuple(name for name in here if name != without)
+        brought = (without,)
     mode = "paced" if paced else "live"
     folder = out or Path("runs") / f"{Path(scenario).stem}-{mode}-{time.strftime('%Y%m%d-%H%M%S')}"
     plan = Plan(
@@ -114,6 +125,7 @@ def up(
         until_finished=until_finished,
         log=folder / "run.mcap",
         services=here,
+        brought=brought,
         spread=spread,
         spares=not no_spares,
         console=None if no_console or factory else port,

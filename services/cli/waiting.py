@@ -7,7 +7,8 @@ from collections.abc import Callable
 
 from rich.text import Text
 
-from services.live.supervisor import Event, Plan
+from services.live.plan import Plan
+from services.live.supervisor import Event
 
 NEEDS = {
     "safe_hold": "the arm has let go and waits; in another terminal: steadyhand program resume",

@@ -7,6 +7,7 @@ held for ever, which a service started by ``build`` does to itself on ``SIGUSR2`
 from __future__ import annotations
 
 import itertools
+import math
 import os
 import re
 import signal
@@ -23,6 +24,7 @@ import psutil
 
 from services.bench.live_robot import AT_WORK, START, robot, to_work
 from services.components import build_service
+from services.messages import Truth
 from services.script import Connection, Silent
 from services.service import Service
 from services.topics import ARM_STATUS, HEALTH, SERVICES, TRUTH
@@ -33,6 +35,8 @@ SLOW = 1.0
 """How long a service is slowed [s], ..."""
 SLICE = 0.03
 """... stopped for so long, and going on for as long [s]."""
+PATIENCE = 1.0
+"""Who is not safe after so long [s] counts as never safe."""
 AT_REST = 0.02
 """Joints slower than this rest [rad/s]."""
 _STUCK = re.compile(r"(a+)+$")
@@ -46,11 +50,12 @@ class Found:
         kind: of ``KINDS``.
         service: whom it happened to.
         safe: until the arm held, or its joints rested (looked at every 5 ms) if it was the arm [s];
-            None if it need not, or had let go before.
+            None if it need not, or had let go before, or never did.
         by_clock: the same in the robot's time, as stamped where it happened [s]: without the way of
             the message to us, and without what the simulation stood still.
         woken: how late a sleeping thread of this process was woken meanwhile, at most [s].
-        ready: until the service was ready again [s]; None if it never was gone.
+        ready: until the service was ready again [s]; None if it never was gone, or never was back.
+        never: which of ``safe`` (within ``PATIENCE``) and ``ready`` was waited for in vain.
         whole: the arm is at work again, or says why not.
         end: its state and reason then.
     """
@@ -61,6 +66,7 @@ class Found:
     by_clock: float | None
     woken: float | None
     ready: float | None
+    never: tuple[str, ...]
     whole: bool
     end: str
 
@@ -112,14 +118,20 @@ class Session:
         began = time.monotonic()
         with Sleeper() as sleeper:
             _do(kind, pid)
-            safe_at = self._safe(service) if at_work and kind != "slow" else None
-            safe = by_clock = woken = None
-            if safe_at is not None:
-                safe, by_clock = time.monotonic() - began, safe_at - since
+            safe = by_clock = woken = ready = None
+            never: tuple[str, ...] = ()
+            if at_work and kind != "slow" and service != "base":  # without base the arm goes on
+                safe_at = self._safe(service)
                 woken = sleeper.latest
-        ready = None if kind == "slow" else self._ready(service, pid, began)
+                if safe_at is None:
+                    never += ("safe",)
+                else:
+                    safe, by_clock = time.monotonic() - began, safe_at - since
+        if kind != "slow":
+            ready = self._ready(service, pid, began)
+            never += ("ready",) if ready is None else ()
         whole, end = self._whole()
-        return Found(kind, service, safe, by_clock, woken, ready, whole, end)
+        return Found(kind, service, safe, by_clock, woken, ready, never, whole, end)
 
     def _watch(self, duration: float) -> float:
         """Look at the pen's force for so long [s]; returns the robot's time [s]."""
@@ -131,14 +143,14 @@ class Session:
         return float(truth.t)
 
     def _safe(self, service: str) -> float | None:
-        """When the arm says that it holds; without the arm, when its joints rest [robot's s]."""
-        try:
-            if service == "observer":
-                return self._line.wait_for(ARM_STATUS, lambda s: s.state not in AT_WORK, 1.0).t
+        """When the arm says that it holds; without the arm, when its joints rest [robot's s].
+
+        None if that does not come to be within ``PATIENCE``.
+        """
+        with suppress(Silent):
             if service == "arm":
-                return self._line.wait_for(TRUTH, lambda t: np.abs(t.qd).max() < AT_REST, 1.0).t
-        except Silent:
-            pass
+                return self._line.wait_for(TRUTH, _rests, PATIENCE).t
+            return self._line.wait_for(ARM_STATUS, lambda s: s.state not in AT_WORK, PATIENCE).t
         return None
 
     def _ready(self, service: str, pid: int, began: float) -> float | None:
@@ -162,9 +174,10 @@ def campaign(run_dir: Path, scenario: str, seed: int, count: int, each: int = 10
 
     Returns:
         ``found``: of every fault; ``orphans`` after an orderly end and after the supervisor was
-        killed; ``force``: greatest of the pen [N]; ``safe``: 99th percentile of how long it took to
-        be safe [s], beside ``safe_by_clock``, the same in the robot's time, and ``noise``, that of
-        how late a sleeping thread was woken while we waited for it.
+        killed; ``force``: greatest of the pen [N]; ``never``: how often ``safe`` and ``ready`` were
+        waited for in vain; ``safe``: 99th percentile of how long it took to be safe [s], beside
+        ``safe_by_clock``, the same in the robot's time: None if nothing was to be made safe, or not
+        even 99 of 100 were; ``noise``, that of how late a sleeping thread was woken meanwhile.
     """
     rng = np.random.default_rng([seed, 11])
     found: list[Found] = []
@@ -187,15 +200,29 @@ def campaign(run_dir: Path, scenario: str, seed: int, count: int, each: int = 10
         "found": [asdict(f) for f in found],
         "orphans": left,
         "force": force,
-        "safe": _p99([f.safe for f in found]),
-        "safe_by_clock": _p99([f.by_clock for f in found]),
+        **summary(found),
+    }
+
+
+def summary(found: list[Found]) -> dict[str, Any]:
+    """``never``, ``safe``, ``safe_by_clock`` and ``noise`` of a campaign."""
+    unsafe = sum("safe" in f.never for f in found)
+    return {
+        "never": {"safe": unsafe, "ready": sum("ready" in f.never for f in found)},
+        "safe": _p99([f.safe for f in found], unsafe),
+        "safe_by_clock": _p99([f.by_clock for f in found], unsafe),
         "noise": _p99([f.woken for f in found]),
     }
 
 
-def _p99(values: list[float | None]) -> float | None:
-    known = [v for v in values if v is not None]
-    return float(np.quantile(known, 0.99, method="higher")) if known else None
+def _p99(values: list[float | None], never: int = 0) -> float | None:
+    known = [v for v in values if v is not None] + never * [math.inf]
+    worst = float(np.quantile(known, 0.99, method="higher")) if known else math.inf
+    return worst if math.isfinite(worst) else None
+
+
+def _rests(truth: Truth) -> bool:
+    return bool(np.abs(truth.qd).max() < AT_REST)
 
 
 def _do(kind: str, pid: int) -> None:

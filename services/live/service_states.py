@@ -22,7 +22,10 @@ STATES = registry(
         doc="A process.",
         events=(
             Event("Heard", "Its heartbeat came."),
-            Event("Hung", "Its heartbeat has made no progress for too long."),
+            Event(
+                "Hung",
+                "Its heartbeat has made no progress, or its loop has stood still, for too long.",
+            ),
             Event("Died", "The process is gone."),
             _ENDED,
         ),

@@ -2,7 +2,7 @@
 
 What counts as alive is what a service's own loop says: live its pulse (``pulse.py``), and always a
 heartbeat whose progress counter advances. That a process exists, or with which code it ended, says
-nothing. Whether one without a pulse hangs or is kept waiting by others, ``stillness.py`` says.
+nothing. When one is taken to hang, ``watched.py`` says.
 """
 
 from __future__ import annotations
@@ -13,21 +13,21 @@ import os
 import signal
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TextIO
 
-from arm.hds.machine import Machine
+from services.live.brought import Brought
 from services.live.notify import notify
+from services.live.plan import Plan
 from services.live.pool import Pool
-from services.live.process import FACTORY
 from services.live.pulse import Pulses
 from services.live.service_states import service_states
 from services.live.spares import Spares
-from services.live.stillness import Stillness
+from services.live.watched import Watched
 from services.messages import BASE_ENDED, PROGRAM_ENDED, Health
 from services.requests import NoAnswer, ask
-from services.topics import CONSOLE, HEALTH, PROCESSES, RECORDER
+from services.topics import CONSOLE, HEALTH, RECORDER
 from services.wire.bus import open_bus
 from services.wire.endpoints import local, make_run_dir, scenario_file
 
@@ -52,71 +52,6 @@ class Event:
     detail: str = ""
 
 
-@dataclass(frozen=True)
-class Spread:
-    """Which part of a hosts file runs here.
-
-    Attributes:
-        file: the hosts file.
-        host: this host's name in it.
-        keys: folder of this host's certificates.
-        everywhere: the services of all hosts, in starting order.
-    """
-
-    file: Path
-    host: str
-    keys: Path
-    everywhere: tuple[str, ...]
-
-
-@dataclass
-class Plan:
-    """What to run.
-
-    Attributes:
-        ticks: paced only: end after this many ticks.
-        duration: live only: end after this long [s].
-        hang: live only: a loop that stands still for so long, of time in which it could have gone
-            on, is a hang [s].
-        silent: a heartbeat that makes no progress for this long is one whatever the cause [s].
-        recorder_silent: the same of recorder and console, which have no pulse: no control waits for
-            them, and killing the recorder cuts the log [s].
-        start: a service must be ready within this [s].
-        until_finished: end when the arm's program has; without an arm, when the platform has
-            done what it was to do.
-        start_program: live only: have the arm start its program once every service is ready.
-        log: file the recorder writes; None for its default.
-        services: that are started here, in starting order.
-        spread: services on several hosts, this one among them; None if all run here.
-        spares: live only: keep a process ready for each service, for it to be back sooner.
-        console: port of the page; None for no page. Nothing waits for it, and without it the run
-            goes on.
-    """
-
-    run_dir: Path
-    scenario: Path
-    robot: str = "r1"
-    seed: int = 0
-    observer: str = "ekf"
-    mode: str = "live"
-    rt: str = "auto"
-    ticks: int | None = None
-    duration: float | None = None
-    hang: float = 0.4
-    silent: float = 3.0
-    recorder_silent: float = 10.0
-    start: float = 30.0
-    until_finished: bool = False
-    start_program: bool = False
-    log: Path | None = None
-    services: tuple[str, ...] = PROCESSES
-    spread: Spread | None = None
-    console: int | None = None
-    spares: bool = True
-    factory: str = FACTORY
-    epoch: float = field(default_factory=time.monotonic)
-
-
 def backoff(failures: int) -> float:
     """How long to wait before a restart after this many failures in a row [s]."""
     return 0.0 if failures <= 1 else min(8.0, 0.25 * 2 ** (failures - 2))
@@ -129,26 +64,6 @@ SILENT_START = 3.0  # [s] in which a program may be refused before anybody is to
 STARTS = 3  # failures in a row before a service that never was ready is given up
 
 
-@dataclass
-class _Watched:
-    states: Machine
-    pid: int = 0
-    progress: int = -1
-    advanced: float = 0.0
-    started: float = 0.0
-    lost: float = 0.0
-    failures: int = 0
-    restarts: int = 0
-    due: float = 0.0
-    was_ready: bool = False
-    stillness: Stillness = field(default_factory=Stillness)
-
-    @property
-    def ready(self) -> bool:
-        """Whether it was heard since it was started."""
-        return self.states.state == "ready"
-
-
 class Supervisor:
     """Runs a plan; ``report`` is told of every event."""
 
@@ -157,7 +72,8 @@ class Supervisor:
         self.health: dict[str, Health] = {}
         self._report = report
         beside = () if plan.console is None else (CONSOLE,)
-        self._watched = {name: _Watched(service_states(name)) for name in (*plan.services, *beside)}
+        self._watched = {name: Watched(service_states(name)) for name in (*plan.services, *beside)}
+        self._brought = Brought(plan.brought, plan.silent, self._tell)
         self._stop = asyncio.Event()
         self._success = True
 
@@ -193,6 +109,7 @@ class Supervisor:
                 if self.plan.console is not None:
                     await self._start(CONSOLE, restarted=False)
                     await self._let_console_in()
+                await self._wait_for_brought()
                 if self.plan.start_program and not self._stop.is_set():
                     await self._start_program()
                 notify("READY=1")
@@ -220,6 +137,13 @@ class Supervisor:
         while console.states.state == "starting" and time.monotonic() < deadline:
             if self._stop.is_set():
                 break
+            await self._watch()
+
+    async def _wait_for_brought(self) -> None:
+        """Whoever starts them may take as long as it takes."""
+        for name in self._brought.missing:
+            self._tell(name, "waiting", f"for somebody to start it: {HEALTH[name].name}")
+        while self._brought.missing and not self._stop.is_set():
             await self._watch()
 
     async def _start_program(self) -> None:
@@ -282,8 +206,7 @@ class Supervisor:
         args += ["--robot", plan.robot, "--observer", plan.observer, "--rt", plan.rt]
         args += ["--epoch", repr(plan.epoch), "--factory", plan.factory]
         args += ["--parent", str(os.getpid())]
-        running = plan.services if plan.spread is None else plan.spread.everywhere
-        args += ["--services", ",".join(n for n in running if n != RECORDER)]
+        args += ["--services", ",".join(n for n in plan.everywhere if n != RECORDER)]
         if plan.spread is not None:
             args += ["--hosts", str(plan.spread.file), "--host", plan.spread.host]
             args += ["--keys", str(plan.spread.keys)]
@@ -310,7 +233,9 @@ class Supervisor:
         if now - before > self.plan.silent / 2:  # we were the ones who stood still
             for watched in self._watched.values():
                 watched.advanced = now
+            self._brought.excuse(now)
         self._listen(now)
+        self._brought.judge(now)
         for name, code in self._pool.reap().items():
             if name in self._watched:
                 await self._died(name, code, now)
@@ -324,7 +249,7 @@ class Supervisor:
                 await self._start(name, restarted=watched.was_ready)
             if state not in ("starting", "ready"):
                 continue
-            why = self._hangs(name, watched, watched.pid in pulses, now)
+            why = watched.hangs(name, self.plan, watched.pid in pulses, now)
             if why:
                 watched.lost = now
                 watched.states.fire("Hung")
@@ -332,22 +257,6 @@ class Supervisor:
                 self._pool.kill(name)
             elif watched.ready and watched.failures and now - watched.started > HEALTHY:
                 watched.failures = 0
-
-    def _hangs(self, name: str, watched: _Watched, pulse: bool, now: float) -> str:
-        """Why a service is taken to hang; empty if it is not."""
-        plan = self.plan
-        beside = name in (RECORDER, CONSOLE)
-        silent = max(plan.hang, plan.recorder_silent if beside else plan.silent)
-        limit = silent if watched.ready else plan.start
-        if now - watched.advanced > limit:
-            return f"no progress for {limit:.1f} s"
-        if beside or plan.mode != "live":
-            return ""
-        if pulse or not watched.ready:
-            watched.stillness.went_round(now)
-        elif watched.stillness.watch(watched.pid, now) > plan.hang:
-            return f"its loop stood still for {plan.hang:.1f} s that were its own"
-        return ""
 
     def _listen(self, now: float) -> None:
         for name, watched in self._watched.items():
@@ -365,6 +274,11 @@ class Supervisor:
                     where = f", {health.detail.split(',')[0]}" if name == CONSOLE else ""
                     self._tell(name, kind, f"in {took:.2f} s{where}")
                 watched.states.fire("Heard")
+        for name in self._brought.names:
+            for _, health in self._bus.take(HEALTH[name]):
+                self._brought.hear(name, health, now)
+                self._state_of(name, health)
+                self.health[name] = health
 
     def _state_of(self, name: str, health: Health) -> None:
         """Tell of a change of state, and end the run with the program if that is the plan."""

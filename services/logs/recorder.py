@@ -64,14 +64,15 @@ class Recorder:
         self._until = max((at for at, _, _ in heard), default=self._until)
         self._steps += 1
         with self._unless_full():
-            self._write(complete)
+            self._take_in(complete)
             if self._steps % FLUSH == 0 and not self._problem:
                 self._writer.flush()
                 self._flushed = self._count
         del self._waiting[:complete]
         return []
 
-    def _write(self, count: int) -> None:
+    def _take_in(self, count: int) -> None:
+        """Count the first of those that wait, and write them as long as the disk takes them."""
         self._count += count
         for _, topic, message in self._waiting[: 0 if self._problem else count]:
             self._time = max(self._time, message.t)
@@ -108,7 +109,7 @@ class Recorder:
             self._finish(lost, refused)
 
     def _finish(self, lost: Mapping[str, int], refused: Mapping[str, int]) -> None:
-        self._write(len(self._waiting))
+        self._take_in(len(self._waiting))
         if self._problem:
             return
         counts = {

@@ -16,7 +16,7 @@ from observer.recordings.lags import LagCurve, lag_curves
 from observer.recordings.score import matched
 from services.replays.run import AT_ITS_STAMPS, PICTURES, Replayed, in_unit
 from services.replays.surprise import innovations, nis, thin, title_of
-from services.reports.report import DRAWN, ERROR, MEANT, save
+from services.reports.style import DRAWN, ERROR, MEANT, save
 
 GREY = "0.45"
 COLOURS = {AT_ITS_STAMPS: GREY, "hold": "#8a6fb0", "taylor": "#3a8f6b"}

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from observer.recordings.innovations import Innovations
 from services.replays.run import DOF, Replayed, band_of, in_unit
-from services.reports.report import DRAWN, ERROR
+from services.reports.style import DRAWN, ERROR
 
 MOST = 4000
 """Points of a line: more cannot be seen."""

@@ -21,7 +21,7 @@ from services.reports.faults import events_of, faults_of, timeline
 from services.reports.labels import GRASP_LABELS, LABELS, PEN_LABELS, PLATFORM_LABELS
 from services.reports.live import loops_of
 from services.reports.loops import loops
-from services.reports.report import figures_for
+from services.reports.pictures import figures_for
 from services.reports.sentences import SENTENCES
 from services.run import all_figures, outcome_of
 from services.topics import TOPICS

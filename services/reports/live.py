@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from services.live.supervisor import Plan
+from services.live.plan import Plan
 from services.logs.runlog import RunLog, read_run
 from services.run import all_figures, outcome_of, write_report
 from services.topics import HEALTH, TRUTH

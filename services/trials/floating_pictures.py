@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from scipy.stats import gaussian_kde
 
-from services.reports.report import DRAWN, ERROR, MEANT
+from services.reports.style import DRAWN, ERROR, MEANT
 from services.trials.floating_run import EVERY, GOAL
 from services.trials.lines import share
 

@@ -6,7 +6,7 @@ import matplotlib.pyplot as plt
 from matplotlib.figure import Figure
 
 from arm.grasping.graph import GOAL, Graph, shortest
-from services.reports.report import DRAWN, MEANT
+from services.reports.style import DRAWN, MEANT
 
 PLACES = {
     "far_aside": (0, 2.0),

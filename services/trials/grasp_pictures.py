@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from services.reports.report import DRAWN, ERROR, MEANT
+from services.reports.style import DRAWN, ERROR, MEANT
 
 BOX = (0.203, 0.279)
 """Depth and width [m]."""

@@ -11,7 +11,7 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from services.reports.report import DRAWN, ERROR, MEANT
+from services.reports.style import DRAWN, ERROR, MEANT
 from services.trials.experiment import Row
 from services.trials.lines import Line, share, worst
 

@@ -10,7 +10,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 
-from services.reports.report import DRAWN, ERROR, MEANT, save
+from services.reports.style import DRAWN, ERROR, MEANT, save
 
 WIDTH = 0.08
 """Of the kernel of a density [rad]."""

@@ -8,7 +8,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 
-from services.reports.report import DRAWN, ERROR, MEANT
+from services.reports.style import DRAWN, ERROR, MEANT
 from services.trials.lines import Line
 
 

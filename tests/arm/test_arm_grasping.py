@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+import re
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +25,7 @@ from arm.hds import load
 from arm.model import STANDING
 
 PROGRAMS = Path(__file__).parents[2] / "arm" / "programs"
+PAGE = Path(__file__).parents[2] / "docs" / "move_to_grasp.md"
 SIZE = np.array([0.203, 0.279, 0.178])
 MODEL = TwoArmModel("rmp_two_arms")
 
@@ -277,3 +279,18 @@ def test_palms_keep_off_the_table_by_what_is_known_of_its_height() -> None:
         rows = Above().rows(anything, 0.004)
         assert (len(rows.J) > 0) == asked
         assert (rows.rate > 0.0).all()
+
+
+def test_the_page_states_the_edges_of_the_regions() -> None:
+    """Its table has every edge, as it is for those who come and for those who are in."""
+    e = Edges()
+    near = (e.distance, e.nearest, e.aside, e.facing, e.farthest)
+    mm = tuple(1000.0 * edge for edge in e.line)
+    stated = {"approach": near, "reach": (mm,), "contact": (e.force,), "comply": (e.moment,)}
+    assert tuple(stated) == NAMES
+    assert sum(map(len, stated.values())) == len(fields(e))
+    for name, edges in stated.items():
+        (row,) = re.findall(rf"^\| {name} \|(.+)\|(.+)\|$", PAGE.read_text("utf-8"), re.M)
+        for cell, figures in zip(row, zip(*edges, strict=True), strict=True):
+            read = [float(number) for number in re.findall(r"\d+(?:\.\d+)?", cell)]
+            assert read == pytest.approx(figures), name

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import signal
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -141,3 +143,13 @@ def build(
 ) -> Service:
     """The same signature as ``services.components.build_service``."""
     return TOYS[name](seed)
+
+
+def build_lockable(name: str, *args: Any, **options: Any) -> Service:
+    """A toy that holds the interpreter's lock for ever once it gets ``SIGUSR2``."""
+
+    def lock(*_: object) -> None:
+        re.match("(a+)+$", 60 * "a" + "b")  # a C function that lets nobody else in
+
+    signal.signal(signal.SIGUSR2, lock)
+    return build(name, *args, **options)

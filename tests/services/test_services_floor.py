@@ -15,8 +15,9 @@ from services.cli.run import show
 from services.logs.runlog import RunLog
 from services.messages import ArmStatus, BaseCommand, BaseStatus, Estimate, Truth
 from services.reports.floor_picture import floor
+from services.reports.force_picture import force
+from services.reports.pictures import write_pictures
 from services.reports.platform_figures import PLATFORM_FIGURES, platform_figures
-from services.reports.report import force, write_pictures
 from services.run import all_figures
 from services.topics import ARM_STATUS, BASE_COMMAND, BASE_STATUS, ESTIMATE, TRUTH
 from sim.obstacle_specs import Mover, Pillar

@@ -8,7 +8,7 @@ import numpy as np
 
 from services.bench.line import CASES, TRUE_WHEELS, WRONG_WHEELS, figures_of_line, rows, scenario_of
 from services.components import build_service
-from services.reports.report import write_pictures
+from services.reports.pictures import write_pictures
 from services.run import run_lockstep
 from services.service import Inbox, Outbox
 from services.topics import ARM_STATUS, SERVICES

@@ -15,10 +15,12 @@ from services.logs.runlog import RunLog
 from services.messages import ArmCommand, ArmStatus, BoardEstimate, Truth
 from services.reports.consistency import consistency_of
 from services.reports.curves import broken, known
+from services.reports.estimate_picture import estimate, from_board
 from services.reports.evaluation import estimate_figures
 from services.reports.faults import faults_of
+from services.reports.force_picture import force, spread
 from services.reports.platform_figures import platform_figures
-from services.reports.report import _from_board, _spread, estimate, force, torques
+from services.reports.torques_picture import torques
 from services.run import run_lockstep
 from services.topics import ARM_COMMAND, ARM_STATUS, ESTIMATE, TOPICS, TRUTH
 from services.trials.grasp_pictures import overhead
@@ -135,8 +137,8 @@ def test_seen_from_the_board_drift_is_no_error() -> None:
     place = R @ [board.x, board.y] + slid
     pose, none = np.array([*place, board.yaw + turned]), (np.zeros(3), np.zeros((3, 3)))
     boards = [BoardEstimate(float(k), pose, *none) for k in t]
-    assert np.allclose(_from_board(t, believed, boards, board), truth, atol=1e-12)
-    assert np.isnan(_from_board(t + 5.0, believed, boards, board)).all()
+    assert np.allclose(from_board(t, believed, boards, board), truth, atol=1e-12)
+    assert np.isnan(from_board(t + 5.0, believed, boards, board)).all()
 
 
 def test_the_force_of_a_long_run_is_no_solid_block() -> None:
@@ -150,7 +152,7 @@ def test_the_force_of_a_long_run_is_no_solid_block() -> None:
     force[::250] = 0.0
     wild = t > 60.0
     force[wild] = rng.uniform(0.0, 3.0, int(wild.sum()))
-    at, low, high = _spread(t, force)
+    at, low, high = spread(t, force)
     assert len(at) <= 1201
     wide = high - low
     assert wide[at < 59.9].max() < 0.2

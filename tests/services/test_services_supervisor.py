@@ -130,6 +130,58 @@ def test_a_hung_service_is_killed_and_restarted(run_dir: Path) -> None:
 
 
 @pytest.mark.processes
+def test_a_service_that_holds_the_interpreters_lock_is_replaced(run_dir: Path) -> None:
+    """None of its threads can say so, nor end it; the others go on undisturbed."""
+    up = Up(run_dir, "--hang", "0.4", "--factory", "service_toys:build_lockable")
+    before = up.wait_ready()
+    before["observer"].send_signal(signal.SIGUSR2)
+    up.wait_for("restarted", "observer")
+    assert "observer" in up.events("hung")
+    assert not _runs(before["observer"])
+    after = up.children()
+    assert after["observer"].pid != before["observer"].pid
+    assert {name for name in before if after[name] == before[name]} == {"sim", "base", "arm"}
+    assert up.end() == 0
+
+
+@pytest.mark.processes
+def test_a_robot_of_ones_own_is_heard_and_judged_but_neither_started_nor_ended(
+    run_dir: Path,
+) -> None:
+    """``--without sim``: waited for as long as it takes, called hung, left alone, taken back."""
+
+    def robot(number: int) -> Command:
+        command = [sys.executable, "-m", "services.live.process", "--service", "sim"]
+        command += ["--scenario", "toys", "--factory", "service_toys:build", "--rt", "off"]
+        return Command([*command, "--run-dir", str(run_dir)], run_dir.parent / f"robot{number}")
+
+    up = Up(run_dir, "--without", "sim")
+    up.wait_for("ready", "observer", "arm", "base")
+    up.wait_for("waiting", "sim")
+    assert up.children().keys() == {"observer", "arm", "base"}
+    first = robot(1)
+    up.wait_for("ready", "sim")
+    psutil.Process(first.process.pid).suspend()
+    up.wait_for("hung", "sim")
+    assert first.process.poll() is None
+    first.process.kill()
+    second = robot(2)
+    up.wait_for("restarted", "sim")
+    assert up.events("started").count("sim") == 0
+    assert up.end() == 0
+    assert second.process.poll() is None
+    second.end()
+
+
+@pytest.mark.parametrize("wrong", [["arm"], ["sim", "--paced"]])
+def test_nothing_but_the_live_robot_can_be_brought(wrong: list[str]) -> None:
+    """Whoever leaves out anything else is told what can be."""
+    done = CliRunner().invoke(app, ["up", "whiteboard", "--without", *wrong])
+    assert done.exit_code == 2
+    assert "only sim" in done.stderr
+
+
+@pytest.mark.processes
 def test_services_do_not_outlive_the_supervisor(run_dir: Path) -> None:
     """A killed supervisor takes its services along, even a stopped one."""
     up = Up(run_dir)

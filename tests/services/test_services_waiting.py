@@ -10,7 +10,8 @@ from rich.console import Console
 
 from services.cli import progress as shown
 from services.cli.waiting import NEEDS, Waiting
-from services.live.supervisor import Event, Plan
+from services.live.plan import Plan
+from services.live.supervisor import Event
 from services.run import TOLD_TICKS, run_lockstep
 from sim.scenario import load_scenario
 

@@ -1,11 +1,11 @@
 """The node types of an arm with a hand, one file each. A new one is one file and its line here."""
 
-from typing import Any
+from collections.abc import Callable
 
 from arm.hand.nodes import again, carry, drive, grasp, grip, lift, lower, reach, release, stay
 from arm.hand.nodes.node import QUANTITIES, Control, Step
 from arm.hds import Node, Program, registry
-from arm.nodes.build import build_from
+from arm.nodes.build import builder
 
 REGISTRY = registry(
     drive.TYPE,
@@ -21,16 +21,8 @@ REGISTRY = registry(
     quantities=QUANTITIES,
 )
 
-
-def build(node: Node, program: Program) -> Control:
-    """The control of a program's node.
-
-    Raises:
-        ValueError: it cannot be made; the text names the node.
-    """
-    made: Any = build_from(REGISTRY, node, program)
-    control: Control = made
-    return control
+build: Callable[[Node, Program], Control] = builder(REGISTRY)
+"""The control of a node of a program; ValueError if it cannot be made, naming the node."""
 
 
 __all__ = ["REGISTRY", "Control", "Step", "build"]

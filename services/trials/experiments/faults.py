@@ -66,7 +66,7 @@ def pictures(rows: list[Row], folder: Path) -> list[Path]:
     """How runs with each kind of fault ended."""
     import matplotlib.pyplot as plt
 
-    from services.reports.report import save
+    from services.reports.style import save
 
     ends = ("finished", "stated", "neither")
     counts = {end: Counter[str]() for end in ends}

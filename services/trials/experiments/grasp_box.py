@@ -165,7 +165,7 @@ def variance_lines(by_stage: dict[str, np.ndarray]) -> list[Line]:
 
 def pictures(rows: list[Row], folder: Path) -> list[Path]:
     """Figs 4, 6, 7 and 8 of the paper, from these trials."""
-    from services.reports.report import save
+    from services.reports.style import save
     from services.trials import grasp_pictures as draw
 
     if "cells" in rows[0]:

@@ -97,7 +97,7 @@ def summary(rows: list[Row]) -> list[Line]:
 
 def pictures(rows: list[Row], folder: Path) -> list[Path]:
     """Success by controller; residuals and orientations of the first controller."""
-    from services.reports.report import save
+    from services.reports.style import save
     from services.trials import floating_pictures as draw
 
     found = cells(rows)
@@ -117,7 +117,7 @@ def show(seed: int, options: Options, folder: Path) -> Row:
     """One trial's residuals, a column a case, all controllers."""
     import matplotlib.pyplot as plt
 
-    from services.reports.report import save
+    from services.reports.style import save
 
     row = run(seed, options)
     figure, axes = plt.subplots(2, len(row), figsize=(3.0 * len(row), 5.0), squeeze=False)

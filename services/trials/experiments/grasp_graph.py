@@ -128,7 +128,7 @@ def ways(graph: Graph) -> list[Line]:
 
 def pictures(rows: list[Row], folder: Path) -> list[Path]:
     """The prepares graph, and its samples."""
-    from services.reports.report import save
+    from services.reports.style import save
     from services.trials.grasp_graph_picture import draw
 
     drawn = save(folder, [("grasp_graph", draw(Graph.of(samples_of(rows))))])

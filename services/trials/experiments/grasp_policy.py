@@ -85,7 +85,7 @@ def summary(rows: list[Row]) -> list[Line]:
 
 def pictures(rows: list[Row], folder: Path) -> list[Path]:
     """The graph that the policy was learned on."""
-    from services.reports.report import save
+    from services.reports.style import save
     from services.trials.grasp_graph_picture import draw
 
     return save(folder, [("grasp_graph", draw(Graph.of(read())))])

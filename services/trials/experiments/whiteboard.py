@@ -69,7 +69,7 @@ def summary(rows: list[Row]) -> list[Line]:
 
 def pictures(rows: list[Row], folder: Path) -> list[Path]:
     """Distributions of the figures over the trials."""
-    from services.reports.report import save
+    from services.reports.style import save
     from services.trials.plots import distributions
 
     values = {
