@@ -43,15 +43,24 @@ class DriveToBox:
         self._side = str(values["Side"])
         self._tolerance = float(values["Tolerance"])
         self._clock = Clock(float(values["Timeout"]))
+        self._goal: Array | None = None
 
     def enter(self, scene: Scene, hands: Hands, regions: Regions) -> None:
-        """Fix the goal."""
+        """Fix the goal, straight back once the platform has come to rest."""
         hands.reset()
-        self._goal = self._place(scene)
+        self._goal = None if self._side == "back" else self._place(scene)
         self._still = self._since = 0.0
 
     def update(self, scene: Scene, hands: Hands, regions: Regions) -> Step:
         """Arrived at the goal, Blocked when the platform does not come nearer."""
+        slow = float(np.abs(scene.base.velocity).max()) < STILL
+        posture = Move(None) if self._side == "back" else Move(hands.posture)
+        if self._goal is None and (slow or self._since >= PATIENCE):
+            self._goal = self._place(scene)  # where it looked while a push turned it is not back
+            self._since = 0.0
+        if self._goal is None:
+            self._since += scene.dt
+            return Step(posture)
         if self._side == "front":  # along the way the box is seen better and better
             place = self._place(scene)
             moved = place - self._goal
@@ -62,7 +71,6 @@ class DriveToBox:
         distance = math.hypot(error[0], error[1])
         turn = abs(math.remainder(error[2], math.tau))
         there = distance < self._tolerance and turn < 2.0 * self._tolerance
-        slow = float(np.abs(scene.base.velocity).max()) < STILL
         self._still = self._still + scene.dt if there and slow else 0.0
         self._since = self._since + scene.dt if slow and not there else 0.0
         event, reason = None, ""
@@ -73,7 +81,6 @@ class DriveToBox:
             reason = f"the platform stands {distance:.2f} m, {turn:.2f} rad from its goal"
         elif self._clock.step(scene.dt):
             event = "Timeout"
-        posture = Move(None) if self._side == "back" else Move(hands.posture)
         return Step(posture, event, reason, goal=None if event else self._goal)
 
     def _place(self, scene: Scene) -> Array:
