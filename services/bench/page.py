@@ -23,6 +23,19 @@ FIRST, RATE = 5.0, 20.0
 """Goals: robot on the page after so long [s]; pictures a second, at least."""
 _DRAWN = {"MeshMessage", "BoxMessage", "CylinderMessage", "IcosphereMessage"}
 _MOVED = {"SetPositionMessage", "SetOrientationMessage"}
+_CAMERA = {
+    "type": "ViewerCameraMessage",
+    "wxyz": (1.0, 0.0, 0.0, 0.0),
+    "position": (3.0, 3.0, 3.0),
+    "fov": 1.0,
+    "near": 0.01,
+    "far": 1000.0,
+    "image_height": 800,
+    "image_width": 1200,
+    "look_at": (0.0, 0.0, 0.0),
+    "up_direction": (0.0, 0.0, 1.0),
+}
+"""What a page says first; without it nobody is known to look."""
 
 
 @dataclass(frozen=True)
@@ -73,6 +86,7 @@ def measure(run_dir: Path, scenario: str, seconds: float) -> Found:
         first, moved, size = None, [], 0
         protocol = f"viser-v{viser.__version__}"
         with connect(f"ws{page[2]}", subprotocols=[protocol], max_size=None) as window:  # type: ignore[list-item]
+            window.send(msgspec.msgpack.encode(_CAMERA))
             while (now := time.monotonic()) < began + seconds:
                 try:
                     frame = window.recv(timeout=1.0)

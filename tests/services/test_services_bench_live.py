@@ -183,3 +183,12 @@ def test_a_short_soak_sees_every_process() -> None:
         assert service["memory_mb"] > 10.0
         assert min(service["handles"] + service["threads"]) > 0
     assert found["disturbances"] >= 1
+
+
+@pytest.mark.processes
+def test_a_page_gets_the_robot_and_sees_it_move() -> None:
+    """Its shapes first, then pictures, more than one a second however busy the machine."""
+    found = bench("page", "--seconds", "4")
+    assert 0.0 < found["first"] < 4.0
+    assert found["rate"] > 1.0
+    assert found["bytes_per_s"] > 1e3
