@@ -16,12 +16,15 @@ from arm.grasping.above import Above, below
 from arm.grasping.feel import Feel
 from arm.grasping.glide import Glide
 from arm.grasping.hands import Hands, written
+from arm.grasping.law import Law
 from arm.grasping.model import JOINTS, TwoArmModel
 from arm.grasping.nodes import REGISTRY
+from arm.grasping.nodes.drive_to_box import DriveToBox
 from arm.grasping.nodes.pressing import press
 from arm.grasping.regions import NAMES, Edges, Regions
 from arm.grasping.scene import BoxPlace, Faces, Scene
 from arm.hds import load
+from arm.joint_limits import JointLimits
 from arm.model import STANDING
 
 PROGRAMS = Path(__file__).parents[2] / "arm" / "programs"
@@ -294,3 +297,32 @@ def test_the_page_states_the_edges_of_the_regions() -> None:
         for cell, figures in zip(row, zip(*edges, strict=True), strict=True):
             read = [float(number) for number in re.findall(r"\d+(?:\.\d+)?", cell)]
             assert read == pytest.approx(figures), name
+
+
+def test_the_arm_does_not_wait_for_its_wrist() -> None:
+    """Asked for 2 rad/s of the wrist, the shoulder has its 0.5 rad/s as soon as by itself."""
+    limits = JointLimits(["j"] * 14, MODEL.q_lower, MODEL.q_upper, [5.0] * 14)
+    q = np.array(MODEL.robot.arms.rest)
+    MODEL.place(q, np.zeros(JOINTS))
+    reached = []
+    for wrist in (0.0, 2.0):
+        law, wanted = Law(MODEL), np.zeros(JOINTS)
+        wanted[0], wanted[5] = 0.5, wrist
+        for _ in range(16):
+            law.torque(0.004, wanted, np.zeros(JOINTS), np.zeros(JOINTS), True, limits.ends(q))
+        reached.append(law.reference[0])
+    assert reached[1] == pytest.approx(reached[0], rel=0.05)
+
+
+def test_back_is_where_the_platform_looks_once_a_push_no_longer_turns_it() -> None:
+    """Until it has come to rest it is sent nowhere; then straight back."""
+    values = {"Side": "back", "Distance": 1.0, "Tolerance": 0.06, "Timeout": 20.0}
+    node = DriveToBox(values)
+    seen, h, regions = scene(), hands(), Regions()
+    turning = replace(STANDING, pose=np.array([0.0, 0.0, 0.2]), velocity=np.array([0.0, 0.0, 0.5]))
+    node.enter(replace(seen, base=turning), h, regions)
+    assert node.update(replace(seen, base=turning), h, regions).goal is None
+    rests = replace(STANDING, pose=np.array([0.0, 0.0, 0.4]))
+    goal = node.update(replace(seen, base=rests), h, regions).goal
+    assert goal is not None
+    assert goal == pytest.approx([-0.4 * np.cos(0.4), -0.4 * np.sin(0.4), 0.4])
