@@ -89,7 +89,7 @@ class Law:
         g = self.gains
         wanted = wanted / max(1.0, float(np.max(np.abs(wanted) / self._fastest)))
         change = wanted - self.reference
-        limit = np.full(JOINTS, g.yielding) if hard else self._acceleration
+        limit = g.yielding if hard else self._acceleration
         step = change * min(1.0, dt / max(float(np.max(np.abs(change) / limit)), 1e-12))
         before, self.reference = self.reference, self.reference + step
         # not slowed down with the others: a joint brakes for the end of its range by itself

@@ -74,13 +74,16 @@ class Faces:
 
     The way to the box is free where its front looked when it was first seen: a box that was thrown
     about on its table is taken by whatever face looks there now.
+
+    Attributes:
+        turn: R_XF, F being the box as it looks from the face in use: by quarters about z.
     """
 
     FIRM = 0.12
     """Another face must look there by so much more than 45 degrees allow [rad]."""
 
     def __init__(self) -> None:
-        self._turn = np.eye(3)
+        self.turn = np.eye(3)
         self._ahead: Array | None = None
 
     def choose(self, R: Array, away: Array, free: bool) -> None:
@@ -93,17 +96,12 @@ class Faces:
         """
         if self._ahead is None:
             if float(R[:2, 0] @ away[:2]) < 0.0:  # from behind, it is its own mirror image
-                self._turn = _quarters(2)
-            self._ahead = R @ self._turn[:, 0]
+                self.turn = _quarters(2)
+            self._ahead = R @ self.turn[:, 0]
         x = R.T @ self._ahead
-        now = self._turn.T @ x
+        now = self.turn.T @ x
         if free and abs(math.atan2(now[1], now[0])) > 0.25 * math.pi + self.FIRM:
-            self._turn = _quarters(round(math.atan2(x[1], x[0]) / (0.5 * math.pi)))
-
-    @property
-    def turn(self) -> Array:
-        """R_XF, F being the box as it looks from the face in use: by quarters about z."""
-        return self._turn
+            self.turn = _quarters(round(math.atan2(x[1], x[0]) / (0.5 * math.pi)))
 
     @property
     def ahead(self) -> Array:
@@ -113,11 +111,11 @@ class Faces:
 
     def size(self, size: Array) -> Array:
         """Of the box along x, y, z of F, from that along those of X [m]."""
-        return np.asarray(np.abs(self._turn.T @ size))
+        return np.asarray(np.abs(self.turn.T @ size))
 
 
 def box_in_platform(
-    seen: ObjectEstimate, base: Base, size: Array, faces: Faces, free: bool = True
+    seen: ObjectEstimate, base: Base, size: Array, faces: Faces, free: bool
 ) -> BoxPlace:
     """The box in B, from where it is in O [m] and how the platform moves.
 

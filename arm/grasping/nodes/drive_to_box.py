@@ -55,12 +55,11 @@ class DriveToBox:
         """Arrived at the goal, Blocked when the platform does not come nearer."""
         slow = float(np.abs(scene.base.velocity).max()) < STILL
         posture = Move(None) if self._side == "back" else Move(hands.posture)
-        if self._goal is None and (slow or self._since >= PATIENCE):
-            self._goal = self._place(scene)  # where it looked while a push turned it is not back
-            self._since = 0.0
         if self._goal is None:
-            self._since += scene.dt
-            return Step(posture)
+            if not slow and self._since < PATIENCE:  # where a turning platform looks is not back
+                self._since += scene.dt
+                return Step(posture)
+            self._goal, self._since = self._place(scene), 0.0
         if self._side == "front":  # along the way the box is seen better and better
             place = self._place(scene)
             moved = place - self._goal
