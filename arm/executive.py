@@ -77,7 +77,9 @@ class Executive(NodeRunner):
         still = Step(None, np.zeros(3), np.zeros(3))
         super().__init__("the arm is", build, still, PERIOD, self._limits)
         self._law = TorqueLaw(self.model, gains)
-        self._reference = JointReference(np.array(self.model.robot.arm.velocity_limit))
+        self._reference = JointReference(
+            np.array(self.model.robot.arm.velocity_limit), self.model.q_lower, self.model.q_upper
+        )
         self._board = BoardPlace(board)
         self._R_OS, self._p_OS = self._board.R, self._board.p
         self._into_board = -self._R_OS[:, 2]

@@ -10,7 +10,9 @@ Array = NDArray[np.float64]
 FADE = 0.06
 """Shortest time over which a change of mode fades in [s]."""
 ACCELERATION = 1.5
-"""Peak joint acceleration of that fade; larger changes take longer [rad/s^2]."""
+"""Peak joint acceleration of that fade; larger changes take longer [rad/s^2] ..."""
+KEPT = 0.04
+"""... unless a joint would come nearer to the end of its range than this by it [rad]."""
 
 
 class JointReference:
@@ -18,10 +20,11 @@ class JointReference:
 
     Args:
         velocity_limit: shape (n,) [rad/s].
+        lower, upper: ends of the joints' ranges, shape (n,) [rad].
     """
 
-    def __init__(self, velocity_limit: Array) -> None:
-        self._limit = velocity_limit
+    def __init__(self, velocity_limit: Array, lower: Array, upper: Array) -> None:
+        self._limit, self._lower, self._upper = velocity_limit, lower, upper
         self.reset(np.zeros(len(velocity_limit)))
 
     def reset(self, q: Array) -> None:
@@ -41,7 +44,7 @@ class JointReference:
     @property
     def stopping(self) -> Array:
         """Where the joints would come to rest if they were switched to no motion, (n,) [rad]."""
-        return self.q + 0.5 * _fade_time(self.qd) * self.qd
+        return self.q + 0.5 * self._time_for(self.qd) * self.qd
 
     def advance(self, dt: float) -> None:
         """Move the positions to the present instant with the rates of the last one."""
@@ -52,7 +55,7 @@ class JointReference:
         if self._switch:
             self._switch = False
             self._offset = self.qd - wanted
-            self._fade_time = _fade_time(self._offset)
+            self._fade_time = self._time_for(self._offset)
             self._fade = 0.0
         if self._fade < 1.0:
             self._fade = min(self._fade + dt / self._fade_time, 1.0)
@@ -62,7 +65,13 @@ class JointReference:
         self.clamped = excess > 1.0
         self.qd = wanted / excess if self.clamped else wanted
 
+    def _time_for(self, change: Array) -> float:
+        """How long a change of rates, shape (n,) [rad/s], takes to fade [s].
 
-def _fade_time(change: Array) -> float:
-    """How long a change of rates [rad/s] takes; a smoothstep peaks at 1.5 times its mean rate."""
-    return max(FADE, 1.5 * float(np.abs(change).max()) / ACCELERATION)
+        A smoothstep peaks at 1.5 times its mean rate, and takes the joints as far as half of the
+        change would in that time.
+        """
+        gentle = 1.5 * float(np.abs(change).max()) / ACCELERATION
+        left = np.where(change > 0.0, self._upper - self.q, self.q - self._lower) - KEPT
+        short = 2.0 * left / np.maximum(np.abs(change), 1e-9)
+        return max(FADE, min(gentle, float(short.min())))

@@ -8,11 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from arm.nodes.profile import Profile
-from arm.reference import ACCELERATION, FADE, JointReference
+from arm.reference import ACCELERATION, FADE, KEPT, JointReference
 from services.messages import Array
 
 DT = 0.001
 LIMIT = np.array([1.5, 1.0, 2.0, 4.0, 3.0, 4.0])
+FREE = np.full(6, np.inf)
+"""Joints that turn without end."""
 
 
 def ride(profile: Profile) -> tuple[Array, Array]:
@@ -76,7 +78,7 @@ def test_profile_refuses_what_cannot_move(speed: float, acceleration: float) -> 
 def test_switching_modes_never_jumps_the_rate(seed: int) -> None:
     """However modes follow each other, rates change by no more than the fade's acceleration."""
     rng = np.random.default_rng(seed)
-    reference = JointReference(LIMIT)
+    reference = JointReference(LIMIT, -FREE, FREE)
     rates = [reference.qd]
     for _ in range(6):
         wanted = rng.uniform(-0.7, 0.7, 6) * LIMIT
@@ -92,7 +94,7 @@ def test_switching_modes_never_jumps_the_rate(seed: int) -> None:
 
 def test_fade_ends_at_the_wanted_rates() -> None:
     """After the fade the reference does exactly what the new mode wants."""
-    reference = JointReference(LIMIT)
+    reference = JointReference(LIMIT, -FREE, FREE)
     reference.follow(0.01 * np.ones(6), DT)
     reference.switch()
     for _ in range(round(FADE / DT) + 2):
@@ -100,9 +102,30 @@ def test_fade_ends_at_the_wanted_rates() -> None:
     np.testing.assert_allclose(reference.qd, -0.01 * np.ones(6), atol=1e-12)
 
 
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+@pytest.mark.parametrize("left", [0.05, 0.07, 0.3])
+def test_coming_to_rest_ends_before_the_end_of_a_joints_range(left: float, sign: float) -> None:
+    """A slow joint near its end brakes in time, though another one alone would be gentler."""
+    rates = sign * np.array([-0.77, 0.0, -0.2, -0.7, 0.235, 0.1])
+    end = np.full(6, 9.0)
+    reference = JointReference(LIMIT, -end - left, end + left)
+    reference.reset(np.array([0.0, 0.0, 0.0, 0.0, sign * 9.0, 0.0]))
+    reference.follow(rates, DT)
+    reference.switch()
+    steps = []
+    while reference.qd.any():
+        before = reference.qd
+        reference.advance(DT)
+        reference.follow(np.zeros(6), DT)
+        steps.append(np.abs(reference.qd - before).max())
+    assert sign * reference.q[4] <= 9.0 + left - KEPT + 1e-3
+    needed = 1.5 * 0.77 * 0.235 / (2.0 * (left - KEPT))
+    assert max(steps) <= max(ACCELERATION, needed) * DT * 1.05  # a tick at a time
+
+
 def test_clamping_keeps_the_direction() -> None:
     """Rates beyond a limit shrink together, to the limit of the worst joint, and it is said."""
-    reference = JointReference(LIMIT)
+    reference = JointReference(LIMIT, -FREE, FREE)
     wanted = np.array([0.3, -4.0, 0.5, 0.0, 6.0, -0.1])
     reference.follow(wanted, DT)
     assert reference.clamped
@@ -114,7 +137,7 @@ def test_clamping_keeps_the_direction() -> None:
 
 def test_positions_integrate_the_rates_of_the_tick_before() -> None:
     """Advance moves with what was followed last."""
-    reference = JointReference(LIMIT)
+    reference = JointReference(LIMIT, -FREE, FREE)
     reference.reset(np.ones(6))
     reference.follow(0.5 * np.ones(6), DT)
     reference.advance(DT)

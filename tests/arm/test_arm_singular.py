@@ -28,7 +28,8 @@ def crossing(ticks: int) -> tuple[Array, list[Solution], Array]:
     position, orientation = Position(np.eye(3)), Orientation(here.R.copy())
     position.track(here.p, np.zeros(3))
     axis = here.J[3:, 4]  # of joint 5
-    reference, law = JointReference(np.full(6, np.inf)), TorqueLaw(model)
+    free = np.full(6, np.inf)
+    reference, law = JointReference(free, -free, free), TorqueLaw(model)
     reference.reset(STRAIGHT)
     out, solutions, angles = [], [], []
     for tick in range(ticks):

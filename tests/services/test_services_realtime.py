@@ -18,9 +18,12 @@ print(os.nice(0), Path("/proc/self/autogroup").read_text().split()[-1])
 """
 
 
+AUTOGROUP = Path("/proc/self/autogroup")
+
+
 def nice_values(calls: str, own_session: bool = True) -> list[int]:
     """Of a process, and of its session, after some calls."""
-    if not Path("/proc/self/autogroup").exists() or os.geteuid() != 0:
+    if not AUTOGROUP.exists() or os.geteuid() != 0:
         pytest.skip("needs root, and a kernel with CONFIG_SCHED_AUTOGROUP")
     argv = [sys.executable, "-c", ASK.format(calls=calls)]
     said = subprocess.run(
@@ -44,5 +47,7 @@ def test_a_spare_steps_back_behind_other_sessions_and_forward_again() -> None:
 
 def test_a_session_of_others_is_left_alone() -> None:
     """A process that does not lead its session speaks for itself only."""
-    before = Path("/proc/self/autogroup").read_text().split()[-1]
-    assert nice_values("realtime.favour('auto')", own_session=False) == [-10, int(before)]
+    before = AUTOGROUP.read_text().split() if AUTOGROUP.exists() else []
+    if not before:
+        pytest.skip("the session of these tests is in no group, as in some containers")
+    assert nice_values("realtime.favour('auto')", own_session=False) == [-10, int(before[-1])]

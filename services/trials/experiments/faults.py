@@ -18,6 +18,10 @@ from services.trials.lines import Line, middle, share, worst
 from sim.scenario import Scenario, load_scenario
 
 
+PATIENCE = 40.0
+"""Somebody who draws for 10 s undisturbed gives up after this [s]."""
+
+
 class Options(Base):
     """What may be chosen."""
 
@@ -91,4 +95,4 @@ def pictures(rows: list[Row], folder: Path) -> list[Path]:
 def _scenario(options: Options) -> Scenario:
     scenario = load_scenario(options.scenario)
     task = scenario.task.model_copy(update={"program": options.program})
-    return scenario.model_copy(update={"task": task, "duration": 25.0})
+    return scenario.model_copy(update={"task": task, "duration": PATIENCE})
