@@ -54,8 +54,9 @@ class Felt:
         released: such that ended with a tip that touches nothing, be it for a step of the physics.
         force: squared error of the normal force, a row an update [N], of tips' means.
         normal: angles between believed and true normals [rad].
-        peak: largest force on a tip in the whole trial [N].
-        knock: the same of palm and links; of a body that is rigid in simulation, over 1 ms.
+        peak: largest force on a tip in the whole trial [N], of means over ``PERIOD``: contacts are
+            rigid here, and a tip let go of for a step of the physics gets its share in the next.
+        knock: the same of palm and links.
     """
 
     off: int = 0
@@ -124,6 +125,7 @@ class HandTrial:
         self.trial = Trial(self.grasp, Felt())
         self._tau = np.zeros(11)
         self._substeps = round(PERIOD / setting.step)
+        self._contacts: dict[str, Array] = {}
         self._touched: set[str] | None = None
         self._foot = self.world.object()[1].copy()
 
@@ -193,7 +195,7 @@ class HandTrial:
 
     def _tick(self) -> None:
         world, grasp, felt = self.world, self.grasp, self.trial.felt
-        contacts = world.contacts() if world.time > 0.0 else {}
+        contacts = self._contacts
         struck = any(not body.startswith("tip") for body in contacts)
         slid = grasp.slider
         updates = len(slid.history) if slid is not None else 0
@@ -206,17 +208,19 @@ class HandTrial:
         if grasp.phase == "away":
             felt.off = felt.released = felt.samples = 0
             felt.force, felt.normal = [], []
-        for body, rows in contacts.items():
-            size = float(np.linalg.norm(rows[:, 3:].sum(axis=0)))
+        forces: dict[str, Array] = {}
+        for _ in range(self._substeps):
+            world.step(self._tau)
+            self._contacts = world.contacts()
+            for body, rows in self._contacts.items():
+                forces[body] = forces.get(body, 0.0) + rows[:, 3:].sum(axis=0)
+        self._touched = set(forces) if sliding else None
+        for body, force in forces.items():
+            size = float(np.linalg.norm(force)) / self._substeps
             if body.startswith("tip"):
                 felt.peak = max(felt.peak, size)
             else:
                 felt.knock = max(felt.knock, size)
-        self._touched = set() if sliding else None
-        for _ in range(self._substeps):
-            world.step(self._tau)
-            if self._touched is not None:
-                self._touched |= world.contacts().keys()
 
     def _feel(self, contacts: dict[str, Array], new: bool) -> None:
         felt, feel = self.trial.felt, self.grasp.feel
