@@ -14,16 +14,8 @@ from rich.table import Table
 
 from services.cli.common import Json, console, fail
 
-HEADS: tuple[str, ...] = (
-    "fault",
-    "service",
-    "times",
-    "safe [s]",
-    "largest",
-    "by its clock",
-    "largest",
-)
-HEADS += ("woken late", "largest", "ready [s]", "largest", "whole")
+HEADS = ("fault", "service", "times", "safe [ms]", "its clock", "woken late", "ready [s]", "whole")
+"""Of the table; times are medians, with the largest in brackets."""
 GOAL = 0.05
 """To be safe after the loss of an input, for 99 of 100 [s]."""
 
@@ -65,8 +57,10 @@ def _show(result: dict[str, Any]) -> None:
     groups = sorted({(f["kind"], f["service"]) for f in result["found"]})
     for kind, service in groups:
         mine = [f for f in result["found"] if (f["kind"], f["service"]) == (kind, service)]
-        keys = ("safe", "by_clock", "woken", "ready")
-        times = [x for key in keys for x in _middle_and_largest(mine, key)]
+        times = [
+            _middle_and_largest(mine, key, scale)
+            for key, scale in (("safe", 1e3), ("by_clock", 1e3), ("woken", 1e3), ("ready", 1.0))
+        ]
         whole = sum(f["whole"] for f in mine)
         table.add_row(kind, service, str(len(mine)), *times, f"{whole} of {len(mine)}")
     console.print(table)
@@ -94,15 +88,15 @@ def _show(result: dict[str, Any]) -> None:
         )
 
 
-def _middle_and_largest(found: list[dict[str, Any]], key: str) -> tuple[str, str]:
+def _middle_and_largest(found: list[dict[str, Any]], key: str, scale: float) -> str:
     """Median and largest, where what never was is longer than all else; "-" of nothing."""
     awaited = "safe" if key == "by_clock" else key
     times = [math.inf if awaited in f["never"] else f[key] for f in found]
     known = sorted(time for time in times if time is not None)
     if not known:
-        return "-", "-"
-    return _words(float(np.median(known))), _words(known[-1])
+        return "-"
+    return f"{_words(scale * float(np.median(known)))} ({_words(scale * known[-1])})"
 
 
 def _words(time: float) -> str:
-    return "never" if math.isinf(time) else f"{time:.3f}"
+    return "never" if math.isinf(time) else f"{time:.2f}" if time < 10.0 else f"{time:.0f}"

@@ -134,10 +134,11 @@ def test_what_never_was_is_the_worst_case_and_fails(capsys: pytest.CaptureFixtur
     assert "never safe (within 1 s): 1; never ready again: 3" in said
     assert "safe after" not in said
     rows = campaign(good, unsafe, gone, gone)["found"]
-    assert _middle_and_largest(rows, "safe") == ("0.040", "never")
-    assert _middle_and_largest(rows, "by_clock") == ("0.040", "never")
-    assert _middle_and_largest(rows, "ready") == ("never", "never")
-    assert _middle_and_largest(rows, "woken") == ("0.001", "0.001")
+    assert _middle_and_largest(rows, "safe", 1e3) == "40 (never)"
+    assert _middle_and_largest(rows, "by_clock", 1e3) == "40 (never)"
+    assert _middle_and_largest(rows, "ready", 1.0) == "never (never)"
+    assert _middle_and_largest(rows, "woken", 1e3) == "1.00 (1.00)"
+    assert _middle_and_largest([asdict(good)], "ready", 1.0) == "1.00 (1.00)"
 
 
 def soaked(slope: float, restart: bool = False) -> dict[str, Any]:
