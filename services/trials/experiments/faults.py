@@ -17,7 +17,6 @@ from services.trials.experiment import Row
 from services.trials.lines import Line, middle, share, worst
 from sim.scenario import Scenario, load_scenario
 
-
 PATIENCE = 40.0
 """Somebody who draws for 10 s undisturbed gives up after this [s]."""
 
