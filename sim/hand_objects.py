@@ -6,6 +6,8 @@
 | bottle | round body, shoulder, neck with cap | diameter 0.09 | 0.20 | 0.5 |
 | squirt | ellipsoid body, neck, nozzle head | 0.060 x 0.085 | 0.20 | 0.5 |
 | detergent | wide ellipsoid, slimmer one above (a taper), cap | 0.065 x 0.095 | 0.21 | 0.5 |
+
+Or any closed mesh in a file (``sim.mesh``).
 """
 
 from __future__ import annotations
@@ -16,20 +18,25 @@ from typing import Any
 import dartpy as dart
 import numpy as np
 
+from sim import mesh
+
 
 @dataclass(frozen=True)
 class Piece:
     """A convex piece of an object, its middle on the object's axis.
 
     Attributes:
-        kind: ``cylinder`` (diameter, diameter, height), ``ellipsoid`` (diameters) or ``box``.
+        kind: ``cylinder`` (diameter, diameter, height), ``ellipsoid`` (diameters), ``box``, or
+            ``mesh``, which needs not be convex.
         size: [m].
-        height: of its middle above the object's foot [m].
+        height: of its middle above the object's foot [m]; of a mesh, of its foot.
+        file: of a mesh.
     """
 
     kind: str
     size: tuple[float, float, float]
     height: float
+    file: str = ""
 
 
 @dataclass(frozen=True)
@@ -89,12 +96,29 @@ THINGS = {
     ),
 }
 """Objects by name."""
+CURVED = ("ellipsoid", "mesh")
+"""Kinds that tips meet by the plates of ``sim.hand_skin``."""
+MASS, REACHED = 0.5, (0.60, 0.75)
+"""Of a mesh [kg]; the stretch a reach aims at, as shares of its height."""
+
+
+def find(name: str) -> Thing:
+    """An object by its name, or from a mesh file by its path; ValueError if there is neither."""
+    if name in THINGS:
+        return THINGS[name]
+    if not name.lower().endswith(mesh.SUFFIXES):
+        raise ValueError(f"unknown object {name!r}; known: {', '.join(THINGS)}, or a mesh file")
+    size = mesh.read(name).size
+    x, y, z = size.tolist()
+    low, high = (share * z for share in REACHED)
+    radius = 0.25 * (x + y)
+    return Thing((Piece("mesh", (x, y, z), 0.0, name),), z, MASS, (low, high), radius)
 
 
 def build(thing: Thing, friction: float, fixed: bool, mass: float, scale: float = 1.0) -> Any:
     """A DART skeleton of an object: body ``object``, its origin at the foot, has all of the mass.
 
-    Its ellipsoids are on a body welded to it, ``object_round`` (see ``sim.hand_skin``).
+    Its ellipsoids and meshes are on a body welded to it, ``object_round`` (see ``sim.hand_skin``).
 
     Args:
         thing: what to build.
@@ -113,10 +137,10 @@ def build(thing: Thing, friction: float, fixed: bool, mass: float, scale: float 
     curved.setName("object_round")
     curved.setInertia(dart.dynamics.Inertia(1e-6, np.zeros(3), 1e-10 * np.eye(3)))
     for piece in thing.pieces:
-        owner = curved if piece.kind == "ellipsoid" else body
+        owner = curved if piece.kind in CURVED else body
         node = owner.createShapeNode(_shape(piece, scale))
         X = dart.math.Isometry3()
-        X.set_translation(np.array([0.0, 0.0, piece.height]))
+        X.set_translation(_place(piece, scale))
         node.setRelativeTransform(X)
         node.createVisualAspect()
         node.createCollisionAspect()
@@ -129,7 +153,15 @@ def build(thing: Thing, friction: float, fixed: bool, mass: float, scale: float 
     return skeleton
 
 
+def _place(piece: Piece, scale: float) -> Any:
+    if piece.kind == "mesh":
+        return mesh.read(piece.file).offset * [scale, scale, 1.0]
+    return np.array([0.0, 0.0, piece.height])
+
+
 def _shape(piece: Piece, scale: float) -> Any:
+    if piece.kind == "mesh":
+        return mesh.shape(piece.file, scale)
     x, y, z = piece.size[0] * scale, piece.size[1] * scale, piece.size[2]
     if piece.kind == "cylinder":
         return dart.dynamics.CylinderShape(x / 2, z)

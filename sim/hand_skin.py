@@ -1,26 +1,31 @@
-"""Exact contact of fingertips with ellipsoids.
+"""Exact contact of fingertips with ellipsoids and meshes.
 
 FCL finds the contact of a sphere with an ellipsoid by iteration to 1e-6 m. A tip that slides with
 1.5 N lies no deeper than that, so contacts come and go, and now and then a normal is off by 0.3 rad
 and throws the tip off the surface for some milliseconds. A sphere on a box is exact: each tip
 therefore meets, in place of an ellipsoid, a small plate of its own, that is laid before every step
-on the ellipsoid's surface where the tip is nearest.
+on the ellipsoid's surface where the tip is nearest. So it does with a mesh, over whose edges it
+rolls as a ball does.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from functools import partial
 from typing import Any
 
 import dartpy as dart
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.hand_objects import Thing
+from sim.hand_objects import CURVED, Piece, Thing
+from sim.mesh import read
 from sim.robot_world import isometry, transform
 
 Array = NDArray[np.float64]
+Nearest = Callable[[Array], tuple[Array, Array] | None]
+"""From a point outside to the nearest of a surface and the normal there."""
 
 PLATE = (0.016, 0.016, 0.006)
 """Of a plate, small enough to stay in what it covers [m]."""
@@ -31,12 +36,12 @@ TOLERANCE = 1e-13
 
 
 class Skin:
-    """Plates on the ellipsoids of an object, one for each tip and ellipsoid.
+    """Plates on the curved pieces of an object, one for each tip and piece.
 
     Args:
         thing: the object.
         scale: of its profile [1].
-        skeleton: of it, whose body ``object_round`` has the ellipsoids.
+        skeleton: of it, whose body ``object_round`` has these pieces.
         tips: bodies of the fingertips.
         others: bodies that may meet the object but not the plates.
         collision_filter: of the world; what plates must not touch is told to it.
@@ -55,11 +60,7 @@ class Skin:
     ) -> None:
         self._body = skeleton.getBodyNode("object")
         self._tips = list(tips)
-        self._round = [
-            (np.array([p.size[0] * scale, p.size[1] * scale, p.size[2]]) / 2.0, p.height)
-            for p in thing.pieces
-            if p.kind == "ellipsoid"
-        ]
+        self._round = [(_nearest_on(p, scale), p.height) for p in thing.pieces if p.kind in CURVED]
         ellipsoids = skeleton.getBodyNode("object_round")
         bodies = [*self._tips, *others]
         self._plates: list[list[Any]] = []
@@ -79,13 +80,20 @@ class Skin:
         R, p = transform(self._body)
         for tip, plates in zip(self._tips, self._plates, strict=True):
             x = R.T @ (np.asarray(tip.getWorldTransform().translation()).reshape(3) - p)
-            for plate, (semi, height) in zip(plates, self._round, strict=True):
+            for plate, (nearest_on, height) in zip(plates, self._round, strict=True):
                 up = np.array([0.0, 0.0, height])
-                found = nearest(x - up, semi)
+                found = nearest_on(x - up)
                 if found is not None:
                     point, normal = found
                     middle = point - 0.5 * PLATE[2] * normal + up
                     plate.setRelativeTransform(isometry(_facing(normal), middle))
+
+
+def _nearest_on(piece: Piece, scale: float) -> Nearest:
+    if piece.kind == "mesh":
+        return read(piece.file).scaled(scale).nearest
+    semi = np.array([piece.size[0] * scale, piece.size[1] * scale, piece.size[2]]) / 2.0
+    return partial(nearest, semi=semi)
 
 
 def nearest(x: Array, semi: Array) -> tuple[Array, Array] | None:

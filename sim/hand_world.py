@@ -22,7 +22,7 @@ from scipy.spatial.transform import Rotation
 from deploy.robot import HandRobot
 from deploy.skeleton import PLATFORM, hand_coupling, load_hand_skeleton
 from sim.effects import GRAVITY
-from sim.hand_objects import THINGS, Thing, build
+from sim.hand_objects import CURVED, Thing, build, find
 from sim.hand_skin import Skin
 from sim.robot_world import THICKNESS, WHEELS, RobotWorld, isometry, table, transform
 
@@ -70,7 +70,7 @@ class Setting:
     """What is in the world.
 
     Attributes:
-        thing: one of ``THINGS``; None: the table is empty.
+        thing: a name or mesh file, see ``hand_objects.find``; None: the table is empty.
         yaw: of the object about its axis [rad].
         fixed: the object is bolted down.
         friction: of the object [1].
@@ -138,7 +138,7 @@ class HandWorld(RobotWorld):
         self._world.addSkeleton(self._skeleton)
         top = setting.table
         self._world.addSkeleton(table(top.at, top.size, top.yaw))
-        self.thing: Thing | None = None if setting.thing is None else THINGS[setting.thing]
+        self.thing: Thing | None = None if setting.thing is None else find(setting.thing)
         self._object: Any = None
         self._skin: Skin | None = None
         if self.thing is not None:
@@ -147,7 +147,7 @@ class HandWorld(RobotWorld):
             )
             self._object = skeleton.getBodyNode("object")
             self._stand(skeleton)
-            if any(piece.kind == "ellipsoid" for piece in self.thing.pieces):
+            if any(piece.kind in CURVED for piece in self.thing.pieces):
                 self._skin = self._covered(skeleton)
             self._world.addSkeleton(skeleton)
         # held for the life of the world: a contact whose shape node is gone crashes the process
@@ -288,7 +288,7 @@ class HandWorld(RobotWorld):
         return next((name for node, name in self._nodes if frame is node), "")
 
     def _covered(self, skeleton: Any) -> Skin:
-        """Plates on the object's ellipsoids, which only their tips touch."""
+        """Plates on the object's curved pieces, which only their tips touch."""
         assert self.thing is not None
         bodies = [
             body

@@ -51,7 +51,10 @@ def described(experiment: Experiment) -> str:
     fields = experiment.module.Options.model_fields
     if not fields:
         return f"{experiment.name} has no options"
-    told = (f"{name}={field.default}" for name, field in fields.items())
+    told = (
+        f"{name} (needed)" if field.is_required() else f"{name}={field.default}"
+        for name, field in fields.items()
+    )
     return f"Options of {experiment.name}, with their defaults: {', '.join(told)}"
 
 
@@ -60,4 +63,8 @@ def _finding(model: type[BaseModel], error: dict[str, Any]) -> str:
     if error["type"] == "extra_forbidden":
         near = difflib.get_close_matches(where, list(model.model_fields), n=1)
         return f"unknown option {where!r}" + (f", did you mean {near[0]!r}?" if near else "")
+    if error["type"] == "missing":
+        return f"{where}=VALUE is needed"
+    if error["type"] == "value_error":  # of a validator of the experiment's, that says it all
+        return f"{where}: {error['ctx']['error']}"
     return f"{where}: {error['msg']} (got {error['input']!r})"

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
+import trimesh
 
 from arm.hand.plan import PAIR, THREE, Plan
 from services.trials.experiments import grasp_controllers
@@ -26,6 +29,17 @@ def test_fingers_slide_to_a_grasp_of_a_roll(plan: Plan, square: float) -> None:
     assert row["off"] < 0.01
     assert row["normal_rms"] < 0.05
     assert row["force_rms"] < 0.2
+
+
+def test_a_mesh_of_the_roll_is_grasped_like_the_roll(tmp_path: Path) -> None:
+    """The same start ends at as good a grasp."""
+    file = str(tmp_path / "roll.stl")
+    trimesh.creation.cylinder(radius=0.05, height=0.2, sections=48).export(file)
+    meshed, exact = (run_thing(0, Options(), thing, PAIR, NEAR) for thing in (file, "roll"))
+    assert meshed["outcome"] == exact["outcome"] == "converged"
+    assert meshed["eps_03"] == pytest.approx(exact["eps_03"], rel=0.2)
+    assert meshed["angle_after"] == pytest.approx(exact["angle_after"], abs=0.05)
+    assert meshed["off"] < 0.01
 
 
 def test_a_trial_is_a_function_of_its_seed() -> None:
