@@ -19,10 +19,10 @@ class Clock:
     """Counts time in a node and says when it has run out.
 
     Args:
-        limit: [s]
+        limit: [s]; None given: it never runs out.
     """
 
-    def __init__(self, limit: float) -> None:
+    def __init__(self, limit: float = float("inf")) -> None:
         self.limit = limit
         self.elapsed = 0.0
 

@@ -8,8 +8,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from arm.hds import Event, NodeType, Parameter, ParameterValue, Quantity
+from arm.hds.timeout import TIMEOUT, TIMEOUT_EVENT, Clock
 from arm.nodes.conditions import ARRIVED, Conditions, State, Values, free
-from arm.nodes.node import TIMEOUT, TIMEOUT_EVENT, Clock, Context, Step
+from arm.nodes.node import Context, Step
 
 NEAR = 0.015
 """Arrived within this distance of the goal [m], ..."""

@@ -8,10 +8,11 @@ import numpy as np
 
 from arm.control import LowPass, Orientation, Position
 from arm.hds import Event, NodeType, Parameter, ParameterValue, Quantity
+from arm.hds.timeout import TIMEOUT, TIMEOUT_EVENT, Clock
 from arm.nodes.conditions import Conditions, State, Values, free
 from arm.nodes.filters import FILTER, filter_cutoff
 from arm.nodes.frames import FRAMES, frame_of, to_board
-from arm.nodes.node import TIMEOUT, TIMEOUT_EVENT, Array, Clock, Context, Step
+from arm.nodes.node import Array, Context, Step
 
 RAMP = 0.2
 """Time to reach the approach speed [s]."""

@@ -8,8 +8,9 @@ import numpy as np
 
 from arm.control import Orientation, Position
 from arm.hds import Event, NodeType, Parameter, ParameterValue
+from arm.hds.timeout import Clock
 from arm.nodes.conditions import Conditions, free, stayed
-from arm.nodes.node import TOOL_ON_BOARD, Clock, Context, Step
+from arm.nodes.node import TOOL_ON_BOARD, Context, Step
 
 
 class Hold:

@@ -9,10 +9,6 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from arm.hds.timeout import TIMEOUT as TIMEOUT
-from arm.hds.timeout import TIMEOUT_EVENT as TIMEOUT_EVENT
-from arm.hds.timeout import Clock as Clock
-
 if TYPE_CHECKING:
     from arm.control import Composable
     from arm.model import Base, Kinematics

@@ -9,9 +9,10 @@ import numpy as np
 from arm.control import Orientation, Position
 from arm.control.motion import GAIN
 from arm.hds import Event, Parameter, ParameterValue, Quantity
+from arm.hds.timeout import TIMEOUT, TIMEOUT_EVENT, Clock
 from arm.nodes.conditions import Conditions, Region, State, Values, free, near
 from arm.nodes.frames import Frame, about, axis_angle, frame_of, to_board
-from arm.nodes.node import TIMEOUT, TIMEOUT_EVENT, TOOL_ON_BOARD, Array, Clock, Context, Step
+from arm.nodes.node import TOOL_ON_BOARD, Array, Context, Step
 from arm.nodes.profile import Profile
 
 ACCELERATION = 0.3

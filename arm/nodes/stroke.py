@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 
 from arm.control import ContactObserver, Force, LowPass, Orientation, Position
 from arm.hds import Event, Parameter, ParameterValue, Quantity
+from arm.hds.timeout import TIMEOUT, TIMEOUT_EVENT, Clock
 from arm.nodes.conditions import Conditions, State, Values, able
 from arm.nodes.filters import FILTER, filter_cutoff
-from arm.nodes.node import TIMEOUT, TIMEOUT_EVENT, TOOL_ON_BOARD, Clock, Context, Step
+from arm.nodes.node import TOOL_ON_BOARD, Context, Step
 from arm.nodes.profile import Profile, TimeLaw
 
 Array = NDArray[np.float64]

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from arm.hds import Event, NodeType, Parameter, ParameterValue
+from arm.hds.timeout import TIMEOUT, TIMEOUT_EVENT
 from arm.nodes.conditions import Conditions, State, Values, free
 from arm.nodes.filters import FILTER
 from arm.nodes.guarded_move import GONE, SPEED, THRESHOLD, GuardedMove, felt
-from arm.nodes.node import TIMEOUT, TIMEOUT_EVENT, TOOL_ON_BOARD, Array, Context
+from arm.nodes.node import TOOL_ON_BOARD, Array, Context
 
 
 def _in_front(state: State, values: Values) -> dict[str, float]:

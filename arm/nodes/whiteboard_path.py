@@ -10,11 +10,12 @@ from pathlib import Path
 import numpy as np
 
 from arm.hds import Event, NodeType, Parameter, ParameterValue
+from arm.hds.timeout import TIMEOUT_EVENT, Clock
 from arm.nodes.conditions import Conditions, free
 from arm.nodes.curve import Curve, CurveLaw
 from arm.nodes.curve_stroke import ACCELERATION, CurveStroke
 from arm.nodes.goto_pose import GotoPose
-from arm.nodes.node import TIMEOUT_EVENT, Array, Clock, Context, Control, Step
+from arm.nodes.node import Array, Context, Control, Step
 from arm.nodes.straight_way import STAY
 from arm.nodes.stroke import DRAWN, PARAMETERS
 from arm.nodes.svg_file import read_strokes

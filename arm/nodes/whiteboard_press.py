@@ -7,8 +7,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from arm.hds import Event, NodeType, Parameter, ParameterValue
+from arm.hds.timeout import TIMEOUT_EVENT, Clock
 from arm.nodes.conditions import Conditions, State, Values, near
-from arm.nodes.node import TIMEOUT_EVENT, Clock, Context, Step
+from arm.nodes.node import Context, Step
 from arm.nodes.stroke import PARAMETERS, Array, Stroke, pressed, startable
 
 

@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arm.grasping.hands import Hands, Move
-from arm.grasping.nodes.node import TIMEOUT, TIMEOUT_EVENT, Clock, Step
+from arm.grasping.nodes.node import Step
 from arm.grasping.regions import Regions
 from arm.grasping.scene import Scene
 from arm.hds import Event, NodeType, Parameter, ParameterValue
+from arm.hds.timeout import TIMEOUT, TIMEOUT_EVENT, Clock
 
 Array = NDArray[np.float64]
 

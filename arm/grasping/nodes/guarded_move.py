@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from arm.grasping.hands import Hands, Move
-from arm.grasping.nodes.node import TIMEOUT, TIMEOUT_EVENT, Clock, Step
+from arm.grasping.nodes.node import Step
 from arm.grasping.nodes.pressing import FORCE, TOO_WIDE, Width, press
 from arm.grasping.regions import Regions
 from arm.grasping.scene import Scene
 from arm.hds import Event, NodeType, ParameterValue
+from arm.hds.timeout import TIMEOUT, TIMEOUT_EVENT, Clock
 
 
 class GraspGuardedMove:

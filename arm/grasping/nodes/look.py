@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from arm.grasping.hands import Hands, Move
-from arm.grasping.nodes.node import Clock, Step
+from arm.grasping.nodes.node import Step
 from arm.grasping.regions import Regions
 from arm.grasping.scene import Scene
 from arm.hds import Event, NodeType, Parameter, ParameterValue
+from arm.hds.timeout import Clock
 
 TILTED = 0.5
 """A box that leans more than this stands on another side [rad]."""

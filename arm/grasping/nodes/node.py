@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from arm.grasping.hands import Hands, Move
 from arm.grasping.regions import Regions
 from arm.grasping.scene import Scene
-from arm.hds import TIME, Event, Parameter, Quantity
+from arm.hds import TIME, Quantity
 
 Array = NDArray[np.float64]
 
@@ -55,30 +55,6 @@ class Control(Protocol):
     def update(self, scene: Scene, hands: Hands, regions: Regions) -> Step:
         """Advance one tick."""
         ...
-
-
-TIMEOUT = Parameter(
-    "Timeout",
-    unit="s",
-    lo=0.01,
-    hi=3600,
-    default=float("inf"),
-    doc="Raise Timeout after this time in the node.",
-)
-TIMEOUT_EVENT = Event("Timeout", "The node took longer than its Timeout.", needs="Timeout")
-
-
-class Clock:
-    """Counts time in a node and says when it has run out."""
-
-    def __init__(self, limit: float = math.inf) -> None:
-        self.limit = limit
-        self.elapsed = 0.0
-
-    def step(self, dt: float) -> bool:
-        """Count ``dt`` [s]; True once the limit has passed."""
-        self.elapsed += dt
-        return self.elapsed >= self.limit
 
 
 QUANTITIES = (

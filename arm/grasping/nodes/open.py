@@ -8,10 +8,11 @@ import numpy as np
 
 from arm.grasping.hands import Hands, Move
 from arm.grasping.model import SIDES
-from arm.grasping.nodes.node import TIMEOUT, TIMEOUT_EVENT, Clock, Step
+from arm.grasping.nodes.node import Step
 from arm.grasping.regions import Regions
 from arm.grasping.scene import Scene
 from arm.hds import Event, NodeType, Parameter, ParameterValue
+from arm.hds.timeout import TIMEOUT, TIMEOUT_EVENT, Clock
 
 CLOSE = 0.015
 """Nearer than this to where they should be the palms are there [m]."""

@@ -9,12 +9,13 @@ import numpy as np
 
 from arm.grasping.hands import Composition, Hands, Move
 from arm.grasping.nodes.comply import SETTLE
-from arm.grasping.nodes.node import TIMEOUT, TIMEOUT_EVENT, Clock, Step
+from arm.grasping.nodes.node import Step
 from arm.grasping.nodes.pressing import FORCE, TOO_WIDE, Width, press
 from arm.grasping.nodes.reach import begin
 from arm.grasping.regions import Regions
 from arm.grasping.scene import Scene
 from arm.hds import Event, NodeType, Parameter, ParameterValue
+from arm.hds.timeout import TIMEOUT, TIMEOUT_EVENT, Clock
 
 FAR, ON = 0.17, 0.07
 """Distances from the line between which the palms close in: fingertips pass the box's front corner

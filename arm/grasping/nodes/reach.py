@@ -7,10 +7,11 @@ from collections.abc import Mapping
 import numpy as np
 
 from arm.grasping.hands import Hands, Move
-from arm.grasping.nodes.node import TIMEOUT, TIMEOUT_EVENT, Clock, Step
+from arm.grasping.nodes.node import Step
 from arm.grasping.regions import Regions
 from arm.grasping.scene import Scene
 from arm.hds import Event, NodeType, Parameter, ParameterValue
+from arm.hds.timeout import TIMEOUT, TIMEOUT_EVENT, Clock
 
 AROUND = 0.06
 """Farther from the line than this a palm goes around outside [m]."""

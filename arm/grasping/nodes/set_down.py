@@ -6,10 +6,11 @@ from collections.abc import Mapping
 
 from arm.grasping.hands import Hands
 from arm.grasping.nodes.carrying import GRIP, Grip, carried
-from arm.grasping.nodes.node import TIMEOUT, TIMEOUT_EVENT, Clock, Step, load
+from arm.grasping.nodes.node import Step, load
 from arm.grasping.regions import Regions
 from arm.grasping.scene import Scene
 from arm.hds import Event, NodeType, Parameter, ParameterValue
+from arm.hds.timeout import TIMEOUT, TIMEOUT_EVENT, Clock
 
 RAMP = 0.3
 """Change of the speed [m/s^2]."""

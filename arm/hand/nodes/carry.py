@@ -11,8 +11,9 @@ from arm.hand.handling import Handling, Scene
 from arm.hand.moving import seen_from
 from arm.hand.nodes.drive import DISTANCE, TOLERANCE, Arrival, before
 from arm.hand.nodes.lift import eased
-from arm.hand.nodes.node import TIMEOUT, TIMEOUT_EVENT, Clock, Step
+from arm.hand.nodes.node import Step
 from arm.hds import Event, NodeType, Parameter, ParameterValue
+from arm.hds.timeout import TIMEOUT, TIMEOUT_EVENT, Clock
 
 RAMP = 0.3
 """Change of the speed [m/s^2]."""

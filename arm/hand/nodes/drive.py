@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arm.hand.handling import Handling, Scene
-from arm.hand.nodes.node import TIMEOUT, TIMEOUT_EVENT, Clock, Step
+from arm.hand.nodes.node import Step
 from arm.hds import Event, NodeType, Parameter, ParameterValue
+from arm.hds.timeout import TIMEOUT, TIMEOUT_EVENT, Clock
 from arm.model import Base
 
 Array = NDArray[np.float64]

@@ -9,9 +9,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from arm.grasping.nodes.node import TIMEOUT, TIMEOUT_EVENT, Clock
 from arm.hand.handling import Handling, Scene
 from arm.hds import TIME, Quantity
+from arm.hds.timeout import TIMEOUT, TIMEOUT_EVENT, Clock
 
 Array = NDArray[np.float64]
 
