@@ -208,9 +208,7 @@ class Grasp:
                 self._fail("fingers out of their range", t, at)
             elif self.slider.stuck:
                 self._fail("stuck", t, at)
-            elif self.slider.converged and len(self.slider.history) * PERIOD >= (
-                self.slider.updates * PERIOD + self.plan.settle
-            ):
+            elif self.slider.converged and self.slider.settled * PERIOD >= self.plan.settle:
                 self.tries[-1].end = "converged"
                 if self.plan.lift <= 0.0:
                     self._stop("converged", t, at)

@@ -40,6 +40,7 @@ class Way:
         leash: largest distance of a reference from its tip [m].
         small: both residuals are below this when converged.
         times: updates for which they must be.
+        left: it has not converged after all if one of them then rises above this.
         plateau: time without progress after which it is stuck [s].
         progress: what counts as progress of the residuals' norm.
         turns: updates that finger 0 of a pair slides before the others do, and so on in turn; 0:
@@ -56,6 +57,7 @@ class Way:
     leash: float = 0.005
     small: float = 0.15
     times: int = 5
+    left: float = 0.2
     plateau: float = 3.0
     progress: float = 0.02
     turns: int = 0
@@ -68,7 +70,7 @@ class Slider:
         rho, moment: norms of the residuals of the last update.
         history: of both, a pair an update.
         updates: so far, until it converged.
-        converged: since then it goes on, for what is left.
+        settled: updates since then; it goes on, for what is left.
         references: for the tips' middles, in B, shape (3, 3) [m].
         rates: of them until the next update, in B, shape (3, 3) [m/s].
     """
@@ -81,14 +83,18 @@ class Slider:
         self.rates = np.zeros((3, 3))
         self.rho = self.moment = np.inf
         self.history: list[tuple[float, float]] = []
-        self.updates = 0
-        self.converged = False
+        self.updates = self.settled = 0
         self._step = np.zeros((3, 3))
         self._good = 0
         self._least = np.inf
         self._since = 0
         self._sequence = residuals.Sequential()
         self._feelers = [curvature.Curvature(way.radius, noise=NOISE) for _ in range(3)]
+
+    @property
+    def converged(self) -> bool:
+        """Whether both residuals have become small, and stayed so."""
+        return self._good >= self.way.times
 
     @property
     def stuck(self) -> bool:
@@ -146,12 +152,12 @@ class Slider:
         return residuals.displacements(normals, points, w.radius, w.alpha, kind, most)
 
     def _judge(self) -> None:
-        if self.converged:
+        largest = max(self.rho, self.moment)
+        if self.converged and largest < self.way.left:
+            self.settled += 1
             return
-        self.updates += 1
-        small = max(self.rho, self.moment) < self.way.small
-        self._good = self._good + 1 if small else 0
-        self.converged = self._good >= self.way.times
+        self.updates, self.settled = len(self.history), 0
+        self._good = self._good + 1 if largest < self.way.small else 0
         size = float(np.hypot(self.rho, self.moment))
         if size < self._least - self.way.progress:
             self._least, self._since = size, 0

@@ -104,6 +104,23 @@ def test_a_slider_without_progress_is_stuck_and_says_so() -> None:
     assert slider.stuck and not slider.converged
 
 
+def test_what_leaves_its_goal_region_while_it_settles_has_not_converged() -> None:
+    """Residuals that rise again are descended again, and settling begins anew."""
+    turn = 2.0 * np.pi / 3.0 * np.arange(3)
+    points = 0.05 * np.column_stack([np.cos(turn), np.sin(turn), np.zeros(3)])
+    balanced, tipped = -points / 0.05, np.array([UP, UP, UP])
+    way = Way()
+    slider = Slider(way, points)
+    for _ in range(way.times + 10):
+        slider.update(balanced, points, points)
+    assert slider.converged and (slider.updates, slider.settled) == (way.times, 10)
+    slider.update(tipped, points, points)
+    assert not slider.converged and slider.settled == 0
+    for _ in range(way.times + 3):
+        slider.update(balanced, points, points)
+    assert slider.converged and (slider.updates, slider.settled) == (2 * way.times + 11, 3)
+
+
 def test_references_stay_on_their_leash_and_on_the_surface() -> None:
     """A tip that cannot follow is not pulled ever harder."""
     rng = np.random.default_rng(1)
