@@ -44,6 +44,12 @@ class Gains:
     """Bandwidth of joints that follow a reference, critically damped [rad/s]."""
     friction_width: float = 0.01
     """Speed over which Coulomb feed-forward changes sign [rad/s]."""
+    integral: float = 5.0
+    """Of joints that lag behind their reference, for friction that is not quite as described
+    [N m/(rad s)]. Two wrist axes in line turn against each other with hardly any inertia: what
+    follows by inertia alone is held there by the least friction."""
+    unsure: float = 0.25
+    """Largest share of the friction fed forward that this may add [1]."""
 
 
 class Law:
@@ -62,6 +68,7 @@ class Law:
         self._model = model
         self._coulomb = model.coulomb * np.repeat(friction, [7, 4])
         self._rate = np.zeros(JOINTS)
+        self._owed = np.zeros(JOINTS)
 
     def reset(self) -> None:
         """Forget the desired rates that friction is fed forward for."""
@@ -125,6 +132,7 @@ class Law:
 
     def follow(
         self,
+        dt: float,
         at: Placed,
         q: Array,
         qd: Array,
@@ -135,6 +143,7 @@ class Law:
         """Follow joint references, some flexions giving way to a force, shape (11,) [N m].
 
         Args:
+            dt: since the last call [s].
             at: the hand as it is.
             q: references, shape (11,) [rad].
             qd: their rates, shape (11,) [rad/s].
@@ -146,7 +155,10 @@ class Law:
         qdd = np.where(
             free, -self.gains.normal * at.qd, w * w * (q - at.q) + 2.0 * w * (qd - at.qd)
         )
-        tau = at.h + at.M @ qdd + np.einsum("ikj,ik->j", at.JL, force)
+        most = self.gains.unsure * self._coulomb
+        self._owed = np.clip(self._owed + self.gains.integral * dt * (q - at.q), -most, most)
+        self._owed[free] = 0.0
+        tau = at.h + at.M @ qdd + np.einsum("ikj,ik->j", at.JL, force) + self._owed
         return self._clip(tau + self._rubbing(np.where(free, 0.0, qd + 2.0 * (q - at.q))))
 
     def press(self, at: Placed, finger: int, force: Array) -> Array:
