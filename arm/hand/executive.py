@@ -69,7 +69,7 @@ class HandExecutive(NodeRunner):
             self._run(scene)
         tau = self._step.torque if self._working else None
         if tau is None:
-            tau = self.hand.torque(scene.dt, at)
+            tau = self.hand.torque(at)
         violated = self._limits.violated(dt, arm.q, arm.qd)
         if violated is not None:
             self.protective_stop(violated)

@@ -136,7 +136,10 @@ class Grasp:
             self._sense(t, at)
         self._struck = self._struck + dt if struck else 0.0
         self._judge(t, at)
-        return self._torque(t, dt, at)
+        self.law.friction.see(dt, at, self.feel.force)
+        tau = self._torque(t, dt, at)
+        self.law.friction.sent(tau)
+        return tau
 
     # --- what to do -------------------------------------------------------------------------
 
@@ -295,7 +298,7 @@ class Grasp:
             )
             free = np.zeros(JOINTS, dtype=bool)
             free[FLEX] = self._touched
-            tau = self.law.follow(dt, at, self._reference, rates, free, none)
+            tau = self.law.follow(at, self._reference, rates, free, none)
             for finger in np.flatnonzero(self._touched):
                 tau += self.law.press(at, int(finger), FIRST * self.feel.normals[finger])
             return tau
@@ -307,7 +310,7 @@ class Grasp:
             if self.phase == "lift":
                 assert self._path is not None
                 q, qd = self._path.at(took)
-            return self.law.follow(dt, at, q, qd, locked, squeeze, self._bandwidth)
+            return self.law.follow(at, q, qd, locked, squeeze, self._bandwidth)
         if self.phase == "away":
             assert self._path is not None
             # what is in the way holds the reference up: it is not pushed ever harder
@@ -316,5 +319,5 @@ class Grasp:
             self._along += pace * dt
             self._waited = self._waited + dt if pace < 0.1 else 0.0
             q, qd = self._path.at(self._along)
-            return self.law.follow(dt, at, q, pace * qd, locked, none)
-        return self.law.follow(dt, at, self._reference, still, locked, none)
+            return self.law.follow(at, q, pace * qd, locked, none)
+        return self.law.follow(at, self._reference, still, locked, none)

@@ -133,11 +133,11 @@ class Handling:
         )
         self.reference[7:] = fingers
 
-    def torque(self, dt: float, at: Placed) -> Array:
-        """That follows the references and squeezes, ``dt`` [s] after the last, (11,) [N m]."""
+    def torque(self, at: Placed) -> Array:
+        """That follows the references and squeezes, shape (11,) [N m]."""
         locked = np.zeros(JOINTS, dtype=bool)
         force = np.zeros((FINGERS, 3))
         bandwidth = np.repeat(self.plan.stiff, [7, 4])
         if self.squeeze > 0.0:
             force = self.squeeze * internal(at.x, self.plan.way.pair)
-        return self.law.follow(dt, at, self.reference, self.rate, locked, force, bandwidth)
+        return self.law.follow(at, self.reference, self.rate, locked, force, bandwidth)

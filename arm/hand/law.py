@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from arm.hand.friction import Friction
 from arm.hand.model import FINGERS, JOINTS, SPREAD, HandModel, Placed
 from arm.hand.quality import tangents
 
@@ -42,14 +43,6 @@ class Gains:
     """Distance over which the feed-forward against friction builds up [m]."""
     hold: float = 30.0
     """Bandwidth of joints that follow a reference, critically damped [rad/s]."""
-    friction_width: float = 0.01
-    """Speed over which Coulomb feed-forward changes sign [rad/s]."""
-    integral: float = 5.0
-    """Of joints that lag behind their reference, for friction that is not quite as described
-    [N m/(rad s)]. Two wrist axes in line turn against each other with hardly any inertia: what
-    follows by inertia alone is held there by the least friction."""
-    unsure: float = 0.25
-    """Largest share of the friction fed forward that this may add [1]."""
 
 
 class Law:
@@ -59,6 +52,9 @@ class Law:
         model: as believed.
         gains: see ``Gains``.
         friction: share of the described Coulomb friction that is fed forward, arm and hand [1].
+
+    Attributes:
+        friction: to be shown how the joints move, and what is sent in the end.
     """
 
     def __init__(
@@ -66,9 +62,8 @@ class Law:
     ) -> None:
         self.gains = gains or Gains()
         self._model = model
-        self._coulomb = model.coulomb * np.repeat(friction, [7, 4])
+        self.friction = Friction(model.coulomb * np.repeat(friction, [7, 4]))
         self._rate = np.zeros(JOINTS)
-        self._owed = np.zeros(JOINTS)
 
     def reset(self) -> None:
         """Forget the desired rates that friction is fed forward for."""
@@ -128,11 +123,10 @@ class Law:
         f = normals * force[:, None] + drag
         tau = at.h + at.M @ qdd + np.einsum("ikj,ik->j", at.JL, f)
         self._rate = 0.9 * (self._rate + dt * qdd) + 0.1 * at.qd
-        return self._clip(tau + self._rubbing(self._rate))
+        return self._clip(tau + self.friction.against(self._rate))
 
     def follow(
         self,
-        dt: float,
         at: Placed,
         q: Array,
         qd: Array,
@@ -143,7 +137,6 @@ class Law:
         """Follow joint references, some flexions giving way to a force, shape (11,) [N m].
 
         Args:
-            dt: since the last call [s].
             at: the hand as it is.
             q: references, shape (11,) [rad].
             qd: their rates, shape (11,) [rad/s].
@@ -155,11 +148,8 @@ class Law:
         qdd = np.where(
             free, -self.gains.normal * at.qd, w * w * (q - at.q) + 2.0 * w * (qd - at.qd)
         )
-        most = self.gains.unsure * self._coulomb
-        self._owed = np.clip(self._owed + self.gains.integral * dt * (q - at.q), -most, most)
-        self._owed[free] = 0.0
-        tau = at.h + at.M @ qdd + np.einsum("ikj,ik->j", at.JL, force) + self._owed
-        return self._clip(tau + self._rubbing(np.where(free, 0.0, qd + 2.0 * (q - at.q))))
+        tau = at.h + at.M @ qdd + np.einsum("ikj,ik->j", at.JL, force)
+        return self._clip(tau + self.friction.against(np.where(free, 0.0, qd + 2.0 * (q - at.q))))
 
     def press(self, at: Placed, finger: int, force: Array) -> Array:
         """Torque of one finger's own flexion for a force (3,) on the world, shape (11,) [N m]."""
@@ -194,9 +184,6 @@ class Law:
         rate += 10.0 * (lower - upper)
         own: Array = g.rest * (rate - at.qd)
         return own
-
-    def _rubbing(self, rate: Array) -> Array:
-        return self._coulomb * np.tanh(rate / self.gains.friction_width)
 
     def _clip(self, tau: Array) -> Array:
         return np.clip(tau, -self._model.limit, self._model.limit)
