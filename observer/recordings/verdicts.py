@@ -149,4 +149,4 @@ def about_filter(nis: Mapping[str, float]) -> Iterable[Verdict]:
             noise = "its noise is stated larger than it is"
             yield Verdict("note", "under-confident", f"filter too modest: {text}", noise)
         else:
-            yield Verdict("note", "consistent", f"filter is as sure as it should be: {text}")
+            yield Verdict("note", "consistent", f"filter about as sure as it should be: {text}")

@@ -345,7 +345,8 @@ class _lock:
             pid = self._file.read().strip() or "unknown"
             raise AlreadyRunning(
                 f"process {pid} already supervises this robot ({self._path.parent}). "
-                "End it first, or use another --robot or --run-dir"
+                f"End it first (Ctrl-C where it runs, or kill -INT {pid}), or use another --robot "
+                "or --run-dir"
             ) from None
         self._file.truncate(0)
         self._file.write(str(os.getpid()))

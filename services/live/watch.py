@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import difflib
 import time
 from collections.abc import Callable
 from typing import Annotated, Any
@@ -46,7 +47,9 @@ def watch(
 ) -> None:
     """Watch a running robot. Exit code 1 if nobody says anything."""
     if what not in VIEWS:
-        fail(f"no view {what!r}. Known: {', '.join(VIEWS)}", 2)
+        near = difflib.get_close_matches(what, VIEWS, n=1)
+        meant = f", did you mean {near[0]!r}?" if near else "."
+        fail(f"no view {what!r}{meant} Known: {', '.join(VIEWS)}", 2)
     endpoints = running(robot, run_dir)
     from services.service import Inbox
     from services.wire.bus import open_bus

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -22,6 +23,8 @@ AFTER = 2.0
 """What happens so long after a fault is taken to answer it [s]."""
 QUIET = ("idle", "running", "finished")
 """States of the arm that need no explanation."""
+FIGURES = re.compile(r"\d+(\.\d+)?")
+"""What may differ in a reason that goes on."""
 SILENT = 0.3
 """A gap in the truth that is longer is one in the log [s]."""
 
@@ -151,12 +154,12 @@ def _state(status: ArmStatus | BaseStatus, quiet: Sequence[str]) -> str:
 
 
 def _spans(log: RunLog, topic: Topic, words: Any) -> list[Span]:
-    """Stretches over which the same is said."""
+    """Stretches over which the same is said, in the words of the first, but for figures."""
     out: list[Span] = []
     for m in log.series(topic):
         what = words(m)
-        if out and out[-1].what == what:
-            out[-1] = Span(out[-1].start, m.t, what)
+        if out and FIGURES.sub("", out[-1].what) == FIGURES.sub("", what):
+            out[-1] = Span(out[-1].start, m.t, out[-1].what)
         else:
             if out:
                 out[-1] = Span(out[-1].start, m.t, out[-1].what)

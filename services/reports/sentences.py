@@ -10,11 +10,13 @@ import numpy as np
 from observer.metrics import chi2_band
 from services.logs.runlog import RunLog
 from services.reports.consistency import DOF, consistency_of
-from services.reports.faults import disturbances_of
+from services.reports.faults import disturbances_of, lanes_of
 from services.reports.loops import worst_of
 from services.topics import ARM_COMMAND, BOARD, ESTIMATE
 
 Figures = Mapping[str, Any]
+HELD = ("safe_hold", "protective_stop")
+"""States in which an arm only keeps its place or its joints."""
 
 
 def board(log: RunLog, f: Figures) -> str:
@@ -104,9 +106,12 @@ def timeline(log: RunLog, f: Figures) -> str:
     count = len(disturbances_of(log))
     invalid = sum(not e.valid for e in log.series(ESTIMATE)) / max(len(log.series(ESTIMATE)), 1)
     acted = f"{count} disturbance{'s' if count != 1 else ''}" if count else "No disturbance"
+    held = [s for s in lanes_of(log).arm if s.what.partition(":")[0] in HELD]
+    stood = sum(s.end - s.start for s in held)
+    why = f" The arm held for {stood:.1f} s, first in {held[0].what}." if held else ""
     return (
         f"{acted} acted; shown is when, what the observer found wrong, and what arm and platform"
-        f" did; the estimate was valid {100 * (1 - invalid):.2f} % of the time."
+        f" did; the estimate was valid {100 * (1 - invalid):.2f} % of the time.{why}"
     )
 
 

@@ -17,9 +17,10 @@ from services.reports.consistency import consistency_of
 from services.reports.curves import broken, known
 from services.reports.estimate_picture import estimate, from_board
 from services.reports.evaluation import estimate_figures
-from services.reports.faults import faults_of
+from services.reports.faults import faults_of, lanes_of
 from services.reports.force_picture import force, spread
 from services.reports.platform_figures import platform_figures
+from services.reports.sentences import timeline
 from services.reports.torques_picture import torques
 from services.run import run_lockstep
 from services.topics import ARM_COMMAND, ARM_STATUS, ESTIMATE, TOPICS, TRUTH
@@ -194,3 +195,20 @@ def test_ways_from_above_say_whose_they_are() -> None:
     words = [text.get_text() for text in legend.get_texts()]
     assert [w.split(",")[0] for w in words] == ["box", "middle of the platform", "palms"]
     plt.close(figure)
+
+
+def test_a_hold_whose_reason_counts_on_is_one_stretch_and_said() -> None:
+    """Its figures change at every status; the timeline and its sentence speak of one hold."""
+    log = RunLog()
+    log(ARM_STATUS, ArmStatus(t=0.0, state="running"))
+    for k in range(1, 60):
+        reason = f"the arm is {44 + k} ms behind the estimate"
+        log(ARM_STATUS, ArmStatus(t=0.1 * k, state="safe_hold", reason=reason))
+    log(ARM_STATUS, ArmStatus(t=6.0, state="running"))
+    assert [s.what.partition(":")[0] for s in lanes_of(log).arm] == [
+        "running",
+        "safe_hold",
+        "running",
+    ]
+    said = timeline(log, {})
+    assert "The arm held for 5.9 s, first in safe_hold: the arm is 45 ms behind" in said
