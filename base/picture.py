@@ -13,7 +13,7 @@ from base.movers import Movers
 from base.remembered import Remembered
 from base.seen import Seen
 from base.view import View
-from deploy.robot import Laser
+from deploy.sensors import Laser
 from services.messages import Array, Scan
 
 SILENT = 0.35

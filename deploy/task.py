@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import ConfigDict, Field, model_validator
 
-from deploy.robot import NonNegative, Positive, Vector3
+from deploy.numbers import NonNegative, Positive, Vector3
 from deploy.tomlfile import BadFile, Strict
 
 __all__ = [

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from deploy.robot import Vision as VisionSpec
+from deploy.sensors import Vision as VisionSpec
 from observer.palm_touch import Touch
 from services.messages import Estimate, ObjectEstimate, Vision
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from deploy.robot import Vision as VisionSpec
+from deploy.sensors import Vision as VisionSpec
 from services.messages import Vision
 from sim.effects import Effects
 from sim.sensors import Channel

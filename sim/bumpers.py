@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from deploy.robot import Bumper as BumperSpec
+from deploy.sensors import Bumper as BumperSpec
 from services.messages import Bumper
 from sim.effects import Effects
 from sim.obstacles import Obstacles

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal, get_args
 
 from pydantic import Field, TypeAdapter, ValidationError
 
-from deploy.robot import NonNegative
+from deploy.numbers import NonNegative
 from deploy.task import Documented
 
 Direction = Annotated[float, Field(ge=-360, le=360)]

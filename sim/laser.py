@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from deploy.robot import Laser
+from deploy.sensors import Laser
 from services.messages import Scan
 from sim.effects import Effects
 from sim.obstacles import Obstacles

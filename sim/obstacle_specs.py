@@ -11,7 +11,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from deploy.robot import NonNegative, Positive
+from deploy.numbers import NonNegative, Positive
 from deploy.task import Angle, Documented, Metres
 
 __all__ = ["Box", "Mover", "Obstacle", "Pillar", "Point2", "Wall"]

@@ -12,7 +12,8 @@ from typing import Annotated, Literal, TypeVar, get_args
 
 from pydantic import Field, PrivateAttr, field_validator
 
-from deploy.robot import MobileBase, NonNegative, Positive, Vector3, robot_file, robot_names
+from deploy.numbers import NonNegative, Positive, Vector3
+from deploy.robot import MobileBase, robot_file, robot_names
 from deploy.task import Angle, BoardPose, Documented, Metres, Pose2, Task, find_program
 from deploy.tomlfile import BadFile, load_toml
 from sim.disturbance import Disturbance, near

@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from deploy.robot import Palms, TwoArmRobot
+from deploy.arms import Palms
+from deploy.robot import TwoArmRobot
 from deploy.skeleton import BOTH, PLATFORM, TWO_ARM_DOFS, load_two_arm_skeleton
 from sim.effects import GRAVITY, Effects
 from sim.mismatch import Drawn, apply_two_arm_mismatch

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arm.model import ArmModel, Base, Inertia, Kinematics
-from deploy.robot import Arm
+from deploy.arms import Arm
 
 Array = NDArray[np.float64]
 

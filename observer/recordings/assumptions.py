@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from deploy.robot import Imu, MobileBase, Odometry, Platform
+from deploy.robot import MobileBase, Platform
+from deploy.sensors import Imu, Odometry
 from observer.recordings.description import LogDescription
 from observer.recordings.frames import axis_vector, level, rpy_of
 from observer.recordings.recording import Samples

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from deploy.robot import NonNegative, Positive, Vector3
+from deploy.numbers import NonNegative, Positive, Vector3
 from deploy.tomlfile import Strict
 
 Column = Annotated[str, Field(min_length=1)]

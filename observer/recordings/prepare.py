@@ -7,7 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from deploy.robot import Imu, MobileBase, Odometry, Platform
+from deploy.robot import MobileBase, Platform
+from deploy.sensors import Imu, Odometry
 from observer.recordings.delay import CREEPS, TurnFit
 from observer.recordings.drive import steps_in_B
 from observer.recordings.facts import Diagnosis
