@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
+from xml.sax.saxutils import quoteattr
 
 import dartpy as dart
 import numpy as np
@@ -20,7 +21,7 @@ HEIGHT = (0.05, 0.50)
 MOST = 50_000
 """Triangles; the nearest one to each fingertip is looked for in every step of the physics."""
 _URDF = """<robot name="object"><link name="object"><collision><geometry>
-<mesh filename={!r}/></geometry></collision></link></robot>"""
+<mesh filename={}/></geometry></collision></link></robot>"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,7 +116,7 @@ def shape(file: str, scale: float) -> Any:
         file: of the mesh.
         scale: of its profile, not of its height [1].
     """
-    text = _URDF.format(str(Path(file).resolve()))
+    text = _URDF.format(quoteattr(str(Path(file).resolve())))
     skeleton = dart.utils.DartLoader().parseSkeletonString(text, dart.common.Uri(""))
     found = skeleton.getBodyNode(0).getShapeNodes()[0].getShape()
     found.setScale([scale, scale, 1.0])

@@ -23,12 +23,11 @@ def test_it_stands_on_its_foot_wherever_its_file_has_it(tmp_path: Path) -> None:
     """The middle of the bounds is over the origin, their bottom at 0."""
     made = trimesh.creation.box((0.08, 0.06, 0.2))
     made.apply_translation([3.0, -2.0, 7.0])
-    found = mesh.read(stored(tmp_path, made))
+    file = stored(tmp_path, made, "Ann's & Bob's \"thing\".stl")
+    found = mesh.read(file)
     np.testing.assert_allclose(found.size, [0.08, 0.06, 0.2], atol=1e-6)
     np.testing.assert_allclose(found.triangles.min(axis=(0, 1)), [-0.04, -0.03, 0.0], atol=1e-6)
-    world = HandWorld(
-        "platform_hand", Setting(thing=str(tmp_path / "thing.stl")), np.random.default_rng(0)
-    )
+    world = HandWorld("platform_hand", Setting(thing=file), np.random.default_rng(0))
     shape = world._object.getSkeleton().getBodyNode("object_round").getShapeNodes()[0]
     X = shape.getRelativeTransform()
     np.testing.assert_allclose(np.asarray(X.translation()).ravel(), [-3.0, 2.0, -6.9], atol=1e-6)
