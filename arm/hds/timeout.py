@@ -19,7 +19,7 @@ class Clock:
     """Counts time in a node and says when it has run out.
 
     Args:
-        limit: [s]; None given: it never runs out.
+        limit: [s]; by default it never runs out.
     """
 
     def __init__(self, limit: float = float("inf")) -> None:

@@ -10,6 +10,7 @@ from pydantic import Field, field_validator
 from arm.hand.plan import FROM_THE_SIDE, PAIR, THREE
 from services.trials import hand_pictures
 from services.trials.experiment import Row
+from services.trials.experiments import grasp_detergent, grasp_roll2, grasp_roll3
 from services.trials.hand_experiment import Options as Base
 from services.trials.hand_experiment import run_thing
 from services.trials.hand_figures import lines
@@ -19,11 +20,11 @@ from sim import mesh
 __all__ = ["Options", "pictures", "run", "summary"]
 
 PLANS = {
-    "three": (THREE, (0.0, 1.3)),
-    "pair": (PAIR, (0.0, 1.5)),
-    "side": (FROM_THE_SIDE, (0.7, 1.4)),
+    "three": (THREE, grasp_roll3.TILT),
+    "pair": (PAIR, grasp_roll2.TILT),
+    "side": (FROM_THE_SIDE, grasp_detergent.TILT),
 }
-"""Plan, and tilt of its reaches between palm and axis, from, to [rad]."""
+"""Plan, and tilt of its reaches as of the objects it is usual for, from, to [rad]."""
 
 
 class Options(Base):
