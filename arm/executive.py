@@ -5,6 +5,7 @@ Its states are those of ``arm_states.hds``; in safe hold and in pause contact is
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -16,8 +17,8 @@ from arm.at_rest import AtRest
 from arm.board_place import BoardPlace
 from arm.control import LowPass, Posture
 from arm.control.objective import smooth
-from arm.control.priority import priorities
 from arm.control.torque_law import Gains, TorqueLaw
+from arm.control.within import priorities_within
 from arm.ground_work import GroundWork
 from arm.hds import Program
 from arm.limits import Limits
@@ -38,6 +39,10 @@ SLOWED = 0.1
 """Relative manipulability below which the tool moves slower, ..."""
 REFUSED = 0.05
 """... and below which a program is interrupted; a wrist is 0.08 rad from straight there."""
+TILTED = 0.2
+"""How far the tool may lean where joints at the ends of their ranges hold it back [rad], ..."""
+ASTRAY = 0.02
+"""... and how far its tip may be from where it should be [m]."""
 DEGRADED_PACE = 0.5
 """Share of the speed at which a program goes on while the estimate is late, ..."""
 PACE_RATE = 5.0
@@ -216,9 +221,12 @@ class Executive(NodeRunner):
                 reference.switch()  # its own motion ends with the objective's
         else:
             parts = objective.parts() if self._spare is None else (*objective.parts(), self._spare)
-            solution = priorities([p.rows(kinematics, dt) for p in parts], self.model.joints)
+            ends = self._limits.ends(reference.q)
+            rows = [p.rows(kinematics, dt) for p in parts]
+            solution, held = priorities_within(rows, ends.lowest, ends.highest)
             wanted = solution.qd
-            self._mind(solution.manipulability)
+            self._mind(solution.manipulability, held)
+            self._mind_the_ends(context, held)
         self._still = objective is None
         reference.follow(wanted, dt)
         tau = self._law.torque(
@@ -335,17 +343,37 @@ class Executive(NodeRunner):
         wanted = DEGRADED_PACE if self.state == "degraded" else 1.0
         self._calm += float(np.clip(wanted - self._calm, -PACE_RATE * dt, PACE_RATE * dt))
 
-    def _mind(self, manipulability: float) -> None:
+    def _mind(self, manipulability: float, held: list[int]) -> None:
         """Slow down towards a singular posture, and refuse to go on right at it.
 
         There a small motion of the tool asks for any motion of the joints. The platform may drive
-        the arm there as well, which no slowness helps against.
+        the arm there as well, which no slowness helps against. Where joints are held at the ends
+        of their ranges, it is what the others can still do that counts.
         """
         self._pace = self._calm * smooth((manipulability - REFUSED) / (SLOWED - REFUSED))
         if manipulability < REFUSED and self._moving:
-            self._interrupt(
-                "Failed", f"near a singular posture: manipulability {manipulability:.3f}"
-            )
+            why = f"manipulability {manipulability:.3f}{self._at_the_end(held)}"
+            self._interrupt("Failed", f"near a singular posture: {why}")
+
+    def _mind_the_ends(self, context: Context, held: list[int]) -> None:
+        """Joints at the ends of their ranges may lean the tool, but not lay it down or astray."""
+        if not held or not (self._working and self._moving):
+            return
+        tilt = math.acos(
+            min(max(float(self._into_board.dot(context.kinematics.R[:, 2])), -1.0), 1.0)
+        )
+        off = float(np.linalg.norm(context.tip - self._desired))
+        if tilt > TILTED:
+            why = f"the tool leans by {math.degrees(tilt):.0f} deg"
+        elif off > ASTRAY:
+            why = f"the tip is {1e3 * off:.0f} mm from where it should be"
+        else:
+            return
+        self._interrupt("Failed", why + self._at_the_end(held))
+
+    def _at_the_end(self, held: list[int]) -> str:
+        names = [self.model.robot.arm.joints[i] for i in held]
+        return f", with {' and '.join(names)} near the end of range" if names else ""
 
     def _pressing(self) -> bool:
         """Whether a node of a running program is at work on the board."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from arm.joint_limits import EXCUSED, JointLimits
+from arm.joint_limits import EXCUSED, Ends, JointLimits
 from arm.model import ArmModel
 
 Array = NDArray[np.float64]
@@ -43,6 +43,10 @@ class Limits:
     def joint_margin(self) -> float:
         """Smallest distance of a joint to an end of its range [rad]."""
         return self._joints.joint_margin
+
+    def ends(self, q: Array) -> Ends:
+        """What the ends of the joints' ranges ask for at ``q``, shape (n,) [rad]."""
+        return self._joints.ends(q)
 
     def excuse(self) -> None:
         """After a reset: a joint or reach limit that is still left may be come back from."""

@@ -343,20 +343,47 @@ def test_reach_limit_stops_by_name_and_the_arm_comes_back() -> None:
 
 
 def test_joint_limit_stops_by_name_and_the_arm_comes_back() -> None:
-    """Driven to the end of a joint's range the arm stops; after a reset it may move away."""
-    rig = at_rest(world_at(0.7, mismatch=EXACT))
-    margin = rig.arm.model.joint_margin(rig.sim.physics.q)
-    # a range that ends a little beyond where the joints are
-    q_upper = rig.arm.model.q_upper
-    np.minimum(q_upper, rig.sim.physics.q + 0.08, out=q_upper)
-    assert margin > 0.05
-    rig.arm.start(goto(x=-150.0, z=100.0))
+    """Pushed to the end of a joint's range the arm stops; after a reset it may move away."""
+    push = {"kind": "push", "t": 0.3, "duration": 0.3, "force": 150.0, "on": "link5"}
+    world = world_at(0.7, mismatch=EXACT)
+    rig = at_rest(
+        world.model_copy(update={"disturbance": Scenario(disturbance=(push,)).disturbance})
+    )
+    rig.arm.model.q_upper[2] = rig.sim.physics.q[2] + 0.03
     stopped(rig, "joint limit: joint")
+    rig.run(0.5)
     rig.arm.reset()
     rig.run(0.05)
     assert rig.arm.state == "idle", rig.arm.reason
     rig.arm.start(goto(z=100.0))
     rig.until_state("finished", 5.0)
+
+
+def ends_ahead(rig: Rig, joint: int, ahead: float) -> None:
+    """Let a joint's range end so far beyond where it is [rad], whichever side it goes to."""
+    model, q = rig.arm.model, rig.sim.physics.q[joint]
+    model.q_lower[joint], model.q_upper[joint] = q - ahead, q + ahead
+
+
+def test_wrist_at_the_end_of_its_range_gives_way_and_the_tip_does_not() -> None:
+    """A way that asks for more of joint 5 than it has is gone to its end, the tool leaning."""
+    rig = at_rest(world_at(0.7, mismatch=EXACT))
+    ends_ahead(rig, 4, 0.1)
+    rig.arm.start(goto(z=40.0))
+    rig.until_state("finished", 5.0)
+    assert 0.04 < min(s.joint_margin for s in rig.statuses) < 0.07
+    off = np.linalg.norm(rig.tip[-1] - rig.desired[-1])
+    assert off < 1e-3
+
+
+def test_way_that_would_lay_the_tool_down_is_interrupted_and_the_joint_named() -> None:
+    """It holds still with a reason, far from a limit that would stop the arm."""
+    rig = at_rest(world_at(0.7, mismatch=EXACT))
+    ends_ahead(rig, 2, 0.1)
+    rig.arm.start(goto(z=60.0))
+    rig.until_state("safe_hold", 5.0).run(0.05)
+    assert "the tool leans by 11 deg, with joint3 near the end of range" in rig.status.reason
+    assert min(s.joint_margin for s in rig.statuses) > 0.04
 
 
 def test_unexpected_push_on_a_link_stops_or_is_carried() -> None:

@@ -107,9 +107,9 @@ END
     )
     rig.run(0.05)
     assert rig.arm.state == "running"
-    rig.arm._mind(0.5 * (SLOWED + REFUSED))
+    rig.arm._mind(0.5 * (SLOWED + REFUSED), [])
     assert 0.0 < rig.arm._pace < 1.0 and rig.arm.state == "running"
-    rig.arm._mind(0.04)
+    rig.arm._mind(0.04, [])
     assert rig.arm._pace == 0.0
     assert rig.arm.state == "safe_hold"
     assert "singular posture: manipulability 0.040" in rig.arm.reason
