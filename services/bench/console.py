@@ -10,7 +10,7 @@ import contextlib
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from statistics import median
@@ -29,6 +29,7 @@ SETTLE = 3.0
 """After processes were started or ended, before anything is measured [s]."""
 START = 60.0
 """For a process to be heard [s]."""
+BESIDE = (RECORDER, CONSOLE)
 GOAL = 1.10
 """Lateness with them over lateness without, at most."""
 
@@ -38,7 +39,7 @@ class Block:
     """One block: whether console and recorder ran, and how late the arm's ticks were.
 
     Attributes:
-        on: both ran.
+        on: they ran.
         p99: median over the block's heartbeats (five a second) of the 99th percentile [s].
         longest: latest tick [s].
         missed: ticks left out.
@@ -53,7 +54,12 @@ class Block:
 
 
 def measure(
-    scenario: Scenario, pairs: int, seconds: float, rt: str, tell: Callable[[Block], None]
+    scenario: Scenario,
+    pairs: int,
+    seconds: float,
+    rt: str,
+    tell: Callable[[Block], None],
+    beside: Sequence[str] = BESIDE,
 ) -> dict[str, Any]:
     """Run the robot and measure.
 
@@ -63,6 +69,7 @@ def measure(
         seconds: length of a block.
         rt: real-time priority and cores: auto, on, off.
         tell: of each block when it is done.
+        beside: what runs in the blocks with: of ``BESIDE``.
 
     Raises:
         NoAnswer: a process did not come up.
@@ -88,11 +95,12 @@ def measure(
         page += ["--port", "0"]
         for number in range(2 * pairs):
             on = number % 4 in (1, 2)
-            with contextlib.ExitStack() as beside:
+            with contextlib.ExitStack() as others:
                 if on:
-                    for other, args in ((RECORDER, service(RECORDER)), (CONSOLE, page)):
+                    for other in beside:
+                        args = service(other) if other == RECORDER else page
                         log = Path(folder) / f"{other}.log"
-                        beside.enter_context(_process(args, log))
+                        others.enter_context(_process(args, log))
                         _await(bus, HEALTH[other])
                 with contextlib.suppress(NoAnswer):  # refused while the last one still runs
                     ask(bus.session, ROBOT, "arm", "start", {})

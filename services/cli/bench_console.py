@@ -17,6 +17,7 @@ def console_(
     pairs: Annotated[int, typer.Option(min=2, help="Blocks with, and as many without.")] = 6,
     seconds: Annotated[float, typer.Option(min=2.0, help="Length of a block [s].")] = 10.0,
     rt: Annotated[str, typer.Option(help="Real-time priority and cores: auto, on, off.")] = "auto",
+    beside: Annotated[str, typer.Option(help="Which: both, console or recorder.")] = "both",
     json: Json = False,
 ) -> None:
     """Lateness of the arm's ticks with console (no browser) and recorder, and without.
@@ -28,6 +29,9 @@ def console_(
 
     if rt not in ("auto", "on", "off"):
         fail(f"--rt is auto, on or off, not {rt!r}", 2)
+    if beside not in ("both", *console_bench.BESIDE):
+        fail(f"--beside is both, {' or '.join(console_bench.BESIDE)}, not {beside!r}", 2)
+    which = console_bench.BESIDE if beside == "both" else (beside,)
     try:
         loaded = load_scenario(scenario)
     except BadFile as error:
@@ -43,7 +47,7 @@ def console_(
             )
 
     try:
-        found = console_bench.measure(loaded, pairs, seconds, rt, tell)
+        found = console_bench.measure(loaded, pairs, seconds, rt, tell, which)
     except NoAnswer as error:
         fail(str(error))
     if json:
