@@ -86,7 +86,7 @@ class Connection:
     def __init__(self, robot: str, run_dir: Path) -> None:
         if not any(run_dir.glob("*.sock")):
             raise NotRunning(
-                f"robot {robot} is not running ({run_dir} has no sockets). Start it: steadyhand "
+                f"robot {robot} is not running (nothing listens in {run_dir}). Start it: steadyhand "
                 "up; if it runs elsewhere, give its run_dir"
             )
         self._robot = robot

@@ -73,7 +73,7 @@ def running(robot: str, run_dir: Path | None) -> Endpoints:
     directory = run_dir or default_run_dir(robot)
     if not any(directory.glob("*.sock")):
         fail(
-            f"robot {robot} is not running ({directory} has no sockets). Start it: steadyhand up; "
+            f"robot {robot} is not running (nothing listens in {directory}). Start it: steadyhand up; "
             "if it runs elsewhere, give its --run-dir"
         )
     return local(directory)

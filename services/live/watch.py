@@ -115,7 +115,7 @@ def _loops(heard: Heard) -> Table:
     table = Table(title="loops (milliseconds)", box=None, pad_edge=False)
     for column in ("", "state"):
         table.add_column(column)
-    for column in ("restarts", "Hz", "std", "max", "late 50%", "99%", "max", "missed", "ticks"):
+    for column in ("restarts", "Hz", "longest", "late 50%", "99%", "max", "missed"):
         table.add_column(column, justify="right")
     newest = max(health.t for health in heard.values())
     for name in sorted(heard, key=lambda name: list(TOPICS).index(name)):
@@ -129,10 +129,9 @@ def _loops(heard: Heard) -> Table:
             Text("silent", "bold red") if silent else Text(health.state),
             Text(str(health.restarts), "yellow" if health.restarts else ""),
             f"{1 / mean:.0f}" if mean else "-",
-            *(_ms(period.get(key)) for key in ("std", "max")),
+            _ms(period.get("max")),
             *(_ms(late.get(key)) for key in ("p50", "p99", "max")),
             str(health.overruns),
-            str(health.progress),
         )
     lines = []
     for health in heard.values():

@@ -147,13 +147,20 @@ def _of(channel: Channel, message: Message) -> Record:
     return Record(channel.topic, message.log_time / 1e9, message.publish_time / 1e9, message.data)
 
 
+def _runs_here() -> str:
+    """The newest runs in the folder where commands put them, for somebody who mistyped one."""
+    found = {log.parent for log in Path("runs").glob("*/*.mcap")}
+    newest = sorted(found, key=lambda run: run.stat().st_mtime, reverse=True)[:3]
+    return f". The newest runs here: {', '.join(map(str, newest))}" if newest else ""
+
+
 def begins_as_log(path: Path) -> None:
     """Raise BadLog for what cannot be opened or does not begin as an MCAP file."""
     try:
         with path.open("rb") as stream:
             start = stream.read(len(MAGIC))
     except FileNotFoundError:
-        raise BadLog(f"{path}: no such file") from None
+        raise BadLog(f"{path}: no such file{_runs_here()}") from None
     except OSError as error:
         raise BadLog(f"{path}: cannot be read: {error.strerror}") from None
     if not start:

@@ -67,4 +67,5 @@ def _finding(model: type[BaseModel], error: dict[str, Any]) -> str:
         return f"{where}=VALUE is needed"
     if error["type"] == "value_error":  # of a validator of the experiment's, that says it all
         return f"{where}: {error['ctx']['error']}"
-    return f"{where}: {error['msg']} (got {error['input']!r})"
+    wrong = error["msg"].partition(", unable to parse")[0]
+    return f"{where}: {wrong} (got {error['input']!r})"
