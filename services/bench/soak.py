@@ -18,7 +18,7 @@ import psutil
 from services.bench.live_robot import AT_WORK, robot, to_work
 from services.requests import NoAnswer
 from services.script import Connection, Refused, Silent
-from services.topics import ARM_STATUS, HEALTH
+from services.topics import ARM_STATUS, HEALTH, RECORDER
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -29,6 +29,8 @@ WARM_UP = 0.25
 """Share of the time that is not judged."""
 EVERY = 2.0
 """Time between samples [s]."""
+LOST = ": lost"
+"""Ends what a heartbeat calls messages that did not come."""
 PUSH_EVERY = 15.0
 """Time between disturbances [s]."""
 
@@ -64,6 +66,8 @@ class Soak:
         lateness: time [s] and p99 of the arm's ticks [s] at its heartbeats.
         disturbances: that were accepted.
         interruptions: states the arm went into that are not work, with their reasons.
+        lost: messages that the recorder did not hear, by topic.
+        logged: size of the log [MB].
     """
 
     seconds: float
@@ -71,6 +75,8 @@ class Soak:
     lateness: list[tuple[float, float]]
     disturbances: int
     interruptions: list[str]
+    lost: dict[str, int]
+    logged: float
 
 
 def soak(
@@ -93,7 +99,8 @@ def soak(
     lateness: list[tuple[float, float]] = []
     interruptions: list[str] = []
     disturbances, push_at = 0, PUSH_EVERY
-    with robot(run_dir, scenario, "--seed", str(seed)) as (up, line):
+    log = run_dir / "log"
+    with robot(run_dir, scenario, "--seed", str(seed), "--out", str(log)) as (up, line):
         to_work(line)
         began = time.monotonic()
         health = line.messages(HEALTH["arm"])
@@ -114,7 +121,10 @@ def soak(
                 working = {line.latest(topic).pid for topic in HEALTH.values()}
                 samples += _sample(up, now, working)
                 told(now)
-    return Soak(seconds, samples, lateness, disturbances, interruptions)
+        refused = line.latest(HEALTH[RECORDER]).refused
+        lost = {n.removesuffix(LOST): k for n, k in refused.items() if n.endswith(LOST)}
+        logged = sum(file.stat().st_size for file in log.glob("*.mcap")) / 1e6
+    return Soak(seconds, samples, lateness, disturbances, interruptions, lost, logged)
 
 
 def _disturb(line: Connection, rng: np.random.Generator) -> bool:
@@ -172,6 +182,8 @@ def figures(found: Soak) -> dict[str, Any]:
         "arm_p99_ms": [1e3 * float(np.median(half[:, 1])) for half in halves],
         "disturbances": found.disturbances,
         "interruptions": found.interruptions,
+        "lost": found.lost,
+        "log_mb_per_min": found.logged / found.seconds * 60.0,
         "goal_mb_per_h": GOAL,
         "met": all(slope is not None and slope <= GOAL for slope in slopes),
     }

@@ -67,5 +67,10 @@ def _show(result: dict[str, Any]) -> None:
         f"{result['disturbances']} pushes; interrupted {len(result['interruptions'])} times",
         highlight=False,
     )
+    console.print(
+        f"log {result['log_mb_per_min']:.1f} MB a minute, "
+        f"{sum(result['lost'].values())} messages of it lost",
+        highlight=False,
+    )
     for word in result["interruptions"][:10]:
         console.print(f"  {word}", highlight=False)

@@ -190,4 +190,7 @@ def report_of(plan: Plan, folder: Path, events: list[Event], quiet: bool) -> dic
     if not quiet:
         show(result)
         console.print(f"log and pictures in {folder}", highlight=False, soft_wrap=True)
+        console.print(
+            f"its story in one page: steadyhand report {folder}", highlight=False, soft_wrap=True
+        )
     return result

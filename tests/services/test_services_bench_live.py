@@ -148,7 +148,7 @@ def soaked(slope: float, restart: bool = False) -> dict[str, Any]:
                + (50.0 - t / 10.0 if t < 500 else 0.0), 30, 8)
         for t in range(0, 3600, 60)
     ]  # fmt: skip
-    return figures(Soak(3600.0, samples, [(0.0, 1e-4), (3000.0, 2e-4)], 3, []))
+    return figures(Soak(3600.0, samples, [(0.0, 1e-4), (3000.0, 2e-4)], 3, [], {}, 1200.0))
 
 
 def test_growth_is_that_after_the_warm_up() -> None:
@@ -157,6 +157,7 @@ def test_growth_is_that_after_the_warm_up() -> None:
     assert soaked(0.5)["met"]
     assert not soaked(1.5)["met"]
     assert soaked(0.0)["arm_p99_ms"] == pytest.approx([0.1, 0.2])
+    assert soaked(0.0)["log_mb_per_min"] == pytest.approx(20.0)
 
 
 def test_of_a_restarted_process_no_growth_is_claimed() -> None:
@@ -184,6 +185,7 @@ def test_a_short_soak_sees_every_process() -> None:
         assert service["memory_mb"] > 10.0
         assert min(service["handles"] + service["threads"]) > 0
     assert found["disturbances"] >= 1
+    assert found["lost"] == {} and found["log_mb_per_min"] > 1.0
 
 
 @pytest.mark.processes
