@@ -86,8 +86,8 @@ class Connection:
     def __init__(self, robot: str, run_dir: Path) -> None:
         if not any(run_dir.glob("*.sock")):
             raise NotRunning(
-                f"robot {robot} is not running (nothing listens in {run_dir}). Start it: steadyhand "
-                "up; if it runs elsewhere, give its run_dir"
+                f"robot {robot} is not running (nothing listens in {run_dir}). Start it: "
+                "steadyhand up; if it runs elsewhere, give its run_dir"
             )
         self._robot = robot
         self._topics = {name: replace(t, depth=max(t.depth, QUEUE)) for name, t in TOPICS.items()}

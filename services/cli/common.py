@@ -73,8 +73,8 @@ def running(robot: str, run_dir: Path | None) -> Endpoints:
     directory = run_dir or default_run_dir(robot)
     if not any(directory.glob("*.sock")):
         fail(
-            f"robot {robot} is not running (nothing listens in {directory}). Start it: steadyhand up; "
-            "if it runs elsewhere, give its --run-dir"
+            f"robot {robot} is not running (nothing listens in {directory}). Start it: "
+            "steadyhand up; if it runs elsewhere, give its --run-dir"
         )
     return local(directory)
 
