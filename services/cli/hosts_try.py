@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from statistics import median
 from typing import Annotated, Any
@@ -52,7 +53,8 @@ def try_(
         assert done.log is not None
         row = {key: done.row[key] for key in ("seed", "end", "finished", "resumed")}
         rms = figures_of(done.log).get("line_rms_mm")
-        rows.append({**row, "safe_s": max(done.row["safe_after_s"], default=None), "rms_mm": rms})
+        safe = [*done.row["safe_after_s"], *(math.inf for _ in range(done.row["never_safe"]))]
+        rows.append({**row, "safe_s": max(safe, default=None), "rms_mm": rms})
         if not json:
             console.print(f"seed {seed}: {row['end']}", highlight=False)
     if json:

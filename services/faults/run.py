@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -125,7 +126,8 @@ def _row(
     person: _Person,
 ) -> dict[str, Any]:
     well, words = verdict.ended_well(witness.states)
-    safe = [witness.safe_after(f) for f in faults if verdict.starves(f)]
+    after = [witness.safe_after(f) for f in faults if verdict.starves(f)]
+    safe = [s for s in after if s is not None]
     refused = sum((host.refused for host in plant.hosts.values()), plant.refused)
     return {
         "seed": seed,
@@ -137,7 +139,8 @@ def _row(
         "finished": bool(witness.states) and witness.states[-1][1] == "finished",
         "restored": not plant.missing,
         "resumed": person.resumed,
-        "safe_after_s": [round(s, 3) for s in safe if s is not None],
+        "safe_after_s": [round(s, 3) for s in safe if s < math.inf],
+        "never_safe": safe.count(math.inf),
         "refused": dict(refused),
         "simulated_s": round(plant.now, 3),
     }

@@ -5,6 +5,7 @@ Truth is used: nothing here is part of the robot.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -18,6 +19,8 @@ from services.topics import ARM_STATE, ARM_STATUS, TRUTH, Topic
 from sim.disturbance import Push, Slip, Timed
 
 AT_WORK = ("running", "degraded", "resuming")
+_INPUTS = {"observer/estimate": "arm", "robot/arm_state": "arm", "arm/command": "sim"}
+"""What the arm, or its motors, must not go without; and who hears it."""
 FORCED = 1.0
 """After a push or slip the platform's speed is the pusher's for this long [s]."""
 
@@ -72,15 +75,18 @@ class Witness:
             self.braked.append((now, on))
 
     def safe_after(self, fault: k.Fault) -> float | None:
-        """How long after a fault began the arm was safe [s]; None if it was not at work."""
+        """How long after a fault began the arm was safe [s].
+
+        Infinite if it never was as long as the fault lasted; None if it was not at work.
+        """
         before = [s for t, s, _ in self.states if t < fault.t]
         held = [on for t, on in self.braked if t < fault.t]
         if not before or before[-1] not in AT_WORK or (held and held[-1]):
             return None
         stopped = [t for t, s, _ in self.states if t >= fault.t and s not in AT_WORK]
         braked = [t for t, on in self.braked if t >= fault.t and on]
-        first = min((*stopped, *braked), default=None)
-        return None if first is None or first > fault.t + fault.duration + 0.1 else first - fault.t
+        first = min((*stopped, *braked), default=math.inf)
+        return math.inf if first > fault.t + fault.duration + 0.1 else first - fault.t
 
     def _status(self, status: ArmStatus, now: float) -> None:
         if not self.states or self.states[-1][1:] != (status.state, status.reason):
@@ -120,11 +126,8 @@ def starves(fault: k.Fault) -> bool:
     if fault.duration < 0.1:
         return False
     if isinstance(fault, k.Loss):
-        return fault.share == 1.0 and fault.topic in (
-            "observer/estimate",
-            "robot/arm_state",
-            "arm/command",
-        )
+        reader = _INPUTS.get(fault.topic)
+        return fault.share == 1.0 and reader is not None and fault.reader in ("", reader)
     return isinstance(fault, k.Hang | k.Death) and fault.service in ("observer", "arm")
 
 

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import pytest
+
 from deploy.host_file import load_hosts
+from services.faults.kinds import Loss
 from services.faults.links import bad_links, crossing, partition
 from services.faults.run import Faulty, run_faulty
+from services.faults.verdict import Witness, starves
 from services.messages import ArmStatus
 from services.reports.evaluation import figures_of
 from services.topics import ARM_STATUS, TOPICS
@@ -52,6 +56,32 @@ def test_a_partition_of_a_second_is_a_safe_hold_and_resumed() -> None:
     """The arm holds within 50 ms and says why; somebody resumes; the drawing is finished."""
     run = run_faulty(MOVING, 1, partition(THREE, "vision", 8.0, 1.0), [], keep=True)
     assert run.row["finished"], run.row["end"]
-    assert max(run.row["safe_after_s"]) <= 0.05
+    assert max(run.row["safe_after_s"]) <= 0.05 and run.row["never_safe"] == 0
     assert run.row["resumed"] >= 1
     assert any(s == "safe_hold" and "estimate of the platform is" in why for s, why in states(run))
+
+
+def seen(*states: tuple[float, str]) -> Witness:
+    """Who saw the arm in these states."""
+    witness = Witness("xr4000_puma560", [])
+    witness.states = [(t, state, "") for t, state in states]
+    return witness
+
+
+def test_an_arm_that_goes_on_without_its_input_is_never_safe() -> None:
+    """Told apart from one that had not been at work, and from one that held late."""
+    loss = Loss(2.0, 0.5, "observer/estimate", 1.0, reader="arm")
+    assert seen((1.0, "running")).safe_after(loss) == float("inf")
+    assert seen((1.0, "running"), (3.0, "safe_hold")).safe_after(loss) == float("inf")
+    assert seen((1.0, "running"), (2.04, "safe_hold")).safe_after(loss) == pytest.approx(0.04)
+    assert seen((1.0, "paused")).safe_after(loss) is None
+
+
+def test_what_somebody_else_does_not_hear_starves_no_arm() -> None:
+    """Of an estimate it matters whether the arm hears it, of a command whether the motors do."""
+    for topic, reader in (("observer/estimate", "arm"), ("arm/command", "sim")):
+        assert starves(Loss(2.0, 0.5, topic, 1.0, reader=reader))
+        assert starves(Loss(2.0, 0.5, topic, 1.0))
+        assert not starves(Loss(2.0, 0.5, topic, 1.0, reader="base"))
+        assert not starves(Loss(2.0, 0.5, topic, 0.9))
+    assert not starves(Loss(2.0, 0.5, "robot/imu", 1.0))

@@ -54,6 +54,7 @@ def summary(rows: list[Row]) -> list[Line]:
         share("finished", (r["finished"] for r in rows)),
         share("every service there again", (r["restored"] for r in rows), 1.0),
         *(worst(f"largest share of {name}", (r["used"].get(name) for r in rows)) for name in names),
+        share("safe after every loss of an input", (r["never_safe"] == 0 for r in rows), 1.0),
         middle("safe after loss of an input, median [s]", safe),
         middle(
             "safe after loss of an input, p99 [s]",
