@@ -17,12 +17,15 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 M = TypeVar("M")
+AT_WORK = ("running", "degraded", "resuming")
+"""States of the arm in which its program goes on."""
 PROGRAM_ENDED = ("finished", "protective_stop")
 """States of the arm in which its program is over."""
 BASE_ENDED = ("finished", "arrived", "docked", "aborted")
 """States of the platform in which what it was to do is over."""
 
 __all__ = [
+    "AT_WORK",
     "BASE_ENDED",
     "PROGRAM_ENDED",
     "ArmCommand",

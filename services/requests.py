@@ -29,9 +29,10 @@ _AT_ONCE = 0.1  # [s]
 RATE = 50
 """Requests that a service takes up in a second; who asks more often is refused."""
 ALWAYS = ("protective_stop", "stop")
-"""Verbs that are taken up however many there are."""
+"""Verbs that wait behind no others, however many there are; what came before them is refused."""
 
 Action = Callable[[], Reply]
+_Lane = queue.Queue[tuple[zenoh.Query, int] | None]
 
 
 class NoAnswer(RuntimeError):
@@ -62,7 +63,10 @@ class Requests:
         self._timeout = timeout
         self.flooded = 0
         """Requests that were not even looked at: more came than could be answered."""
-        self._queries: queue.Queue[zenoh.Query | None] = queue.Queue(WAITING)
+        self._stops = 0
+        """Requests of ``ALWAYS`` that came."""
+        self._plain: _Lane = queue.Queue(WAITING)
+        self._urgent: _Lane = queue.Queue(WAITING)
         self._actions: deque[tuple[str, dict[str, Any], Action, Future[Reply]]] = deque()
         self._taken: deque[float] = deque(maxlen=RATE)
         self._queryable = session.declare_queryable(
@@ -70,13 +74,19 @@ class Requests:
             zenoh.handlers.Callback(self._take, indirect=False),
             complete=True,
         )
-        self._worker = threading.Thread(target=self._work, name="requests", daemon=True)
-        self._worker.start()
+        self._workers = [
+            threading.Thread(target=self._work, args=(lane,), name="requests", daemon=True)
+            for lane in (self._plain, self._urgent)
+        ]
+        for worker in self._workers:
+            worker.start()
 
     def _take(self, query: zenoh.Query) -> None:
         """On Zenoh's thread: keep a request, or let it go unanswered when too many wait."""
+        urgent = _verb(query) in ALWAYS
+        self._stops += urgent
         try:
-            self._queries.put_nowait(query)
+            (self._urgent if urgent else self._plain).put_nowait((query, self._stops))
         except queue.Full:
             self.flooded += 1
 
@@ -113,12 +123,15 @@ class Requests:
 
     def close(self) -> None:
         """Stop answering."""
-        self._queries.put(None)
-        self._worker.join(self._timeout + 1)
+        for lane in (self._plain, self._urgent):
+            lane.put(None)
+        for worker in self._workers:
+            worker.join(self._timeout + 1)
 
-    def _work(self) -> None:
-        while (query := self._queries.get()) is not None:
-            reply = self._answer(query)
+    def _work(self, lane: _Lane) -> None:
+        while (item := lane.get()) is not None:
+            query, stops = item
+            reply = self._answer(query, stops)
             try:
                 with query:
                     payload = pack_plain({"accepted": reply.accepted, "reason": reply.reason})
@@ -126,8 +139,14 @@ class Requests:
             except Exception:  # the asker is gone, or the session is closing
                 continue
 
-    def _answer(self, query: zenoh.Query) -> Reply:
-        verb = str(query.key_expr).rpartition("/")[2]
+    def _answer(self, query: zenoh.Query, stops: int) -> Reply:
+        """Prepare a request and have the loop act.
+
+        Args:
+            query: the request.
+            stops: requests of ``ALWAYS`` until it came, itself among them.
+        """
+        verb = _verb(query)
         if verb not in self._service.verbs:
             known = ", ".join(self._service.verbs) or "nothing"
             return Reply(False, f"{self._service.name} cannot {verb!r}; it can: {known}")
@@ -145,6 +164,8 @@ class Requests:
             return Reply(False, str(error))
         except Exception as error:
             return Reply(False, f"{type(error).__name__}: {error}")
+        if verb not in ALWAYS:
+            action = self._unless_stopped(action, stops)
         future: Future[Reply] = Future()
         self._actions.append((verb, args, action, future))
         try:
@@ -153,6 +174,18 @@ class Requests:
             if future.cancel():
                 return Reply(False, f"the loop of {self._service.name} did not take it up in time")
             return Reply(False, f"{self._service.name} is still busy with it; outcome unknown")
+
+    def _unless_stopped(self, action: Action, stops: int) -> Action:
+        """Somebody who stops means all that was asked before, also what still waits."""
+
+        def act() -> Reply:
+            return Reply(False, "a stop came after it") if stops != self._stops else action()
+
+        return act
+
+
+def _verb(query: zenoh.Query) -> str:
+    return str(query.key_expr).rpartition("/")[2]
 
 
 def ask(

@@ -204,7 +204,7 @@ def _attack(
     stream = hostile_messages(READABLE, rng, forge=profile == "secure")
     publishers = {t.name: session.declare_publisher(key(ROBOT, t)) for t in READABLE}
     ignore: Any = zenoh.handlers.Callback(lambda reply: None, indirect=False)
-    verbs = ("start", "explode", "reset", "*")
+    verbs = ("start", "stop", "explode", "reset", "*")
 
     def send(count: int) -> None:
         started, per_slot = time.monotonic(), max(1, round(rate * _SLOT))

@@ -14,13 +14,13 @@ from pathlib import Path
 import psutil
 
 from services.live.realtime import cores
+from services.messages import AT_WORK
 from services.requests import NoAnswer
 from services.script import Connection, Refused, Silent, connect
 from services.topics import ARM_STATUS, SERVICES
 
 START = 60.0
 """For the robot to come up [s]."""
-AT_WORK = ("running", "degraded", "resuming")
 _BURN = "while True: pass"
 
 
@@ -31,7 +31,8 @@ def robot(run_dir: Path, scenario: str, *options: str) -> Iterator[tuple[psutil.
     Raises:
         TimeoutError: it did not come up.
     """
-    command = [sys.executable, "-m", "services.cli", "up", scenario, "--run-dir", str(run_dir)]
+    command = [sys.executable, "-m", "services.cli", "up", scenario, "--port", "0"]
+    command += ["--run-dir", str(run_dir)]
     run_dir.mkdir(parents=True, exist_ok=True)
     said = run_dir / "up.txt"
     with said.open("w") as out:

@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import psutil
 
-from services.bench.live_robot import AT_WORK, robot, to_work
+from services.bench.live_robot import robot, to_work
+from services.messages import AT_WORK
 from services.requests import NoAnswer
 from services.script import Connection, Refused, Silent
 from services.topics import ARM_STATUS, HEALTH, RECORDER

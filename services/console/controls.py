@@ -13,7 +13,7 @@ from services.console.disturbances import DisturbanceForms
 from services.console.feed import Feed, inverse, moved
 from services.console.page import Page
 from services.console.words import WARNING, plain
-from services.messages import ArmStatus
+from services.messages import AT_WORK, ArmStatus
 from services.topics import ARM_STATUS
 
 STEP_LIMIT = 60.0
@@ -90,7 +90,7 @@ class Controls:
     def _step(self, label: str) -> Answer:
         """Let the program go on until its node changes, then pause it again."""
         before = self._feed.latest(ARM_STATUS)
-        if before is None or before.state not in ("running", "paused"):
+        if before is None or before.state not in (*AT_WORK, "paused"):
             return self._refused(label, "no program is running or paused")
         if before.state == "paused":
             gone_on = self._asking(label, "arm", "resume")
@@ -99,7 +99,7 @@ class Controls:
         deadline = time.monotonic() + STEP_LIMIT
         while time.monotonic() < deadline:
             status = self._feed.latest(ARM_STATUS)
-            if status is None or status.state not in ("running", "paused", "resuming"):
+            if status is None or status.state not in (*AT_WORK, "paused"):
                 return self._refused(label, f"the program is {_state(status)} now")
             if status.transitions != before.transitions:
                 return self._asking("Step: pause", "arm", "pause")

@@ -22,9 +22,9 @@ from typing import Any
 import numpy as np
 import psutil
 
-from services.bench.live_robot import AT_WORK, START, robot, to_work
+from services.bench.live_robot import START, robot, to_work
 from services.components import build_service
-from services.messages import Truth
+from services.messages import AT_WORK, Truth
 from services.script import Connection, Silent
 from services.service import Service
 from services.topics import ARM_STATUS, HEALTH, SERVICES, TRUTH

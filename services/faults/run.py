@@ -16,7 +16,7 @@ from services.faults import kinds as k
 from services.faults import timeline, verdict
 from services.faults.plant import FaultyPlant
 from services.logs.runlog import RunLog
-from services.messages import PROGRAM_ENDED
+from services.messages import AT_WORK, PROGRAM_ENDED
 from services.run import without_collector
 from services.service import Service
 from services.sim_service import SimService
@@ -106,7 +106,7 @@ class _Person:
         assert isinstance(arm, ArmService) and isinstance(base, BaseService)
         now = self._plant.now
         executive: Executive = arm.executive
-        if base.state()[0] == "stopped" and executive.state in verdict.AT_WORK:
+        if base.state()[0] == "stopped" and executive.state in AT_WORK:
             base.prepare("resume", {})()
         if executive.state != "safe_hold":
             self._since = None

@@ -14,11 +14,10 @@ import numpy as np
 from arm.model import ArmModel
 from services.faults import kinds as k
 from services.lockstep import TICK
-from services.messages import ArmState, ArmStatus, Message, Truth
+from services.messages import AT_WORK, ArmState, ArmStatus, Message, Truth
 from services.topics import ARM_STATE, ARM_STATUS, TRUTH, Topic
 from sim.disturbance import Push, Slip, Timed
 
-AT_WORK = ("running", "degraded", "resuming")
 _INPUTS = {"observer/estimate": "arm", "robot/arm_state": "arm", "arm/command": "sim"}
 """What the arm, or its motors, must not go without; and who hears it."""
 FORCED = 1.0

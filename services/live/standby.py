@@ -14,11 +14,13 @@ _LEAVES_IT = 20  # an RLIMIT_NICE that allows to come back to nice value 0
 
 
 def wait_for_turn(pipe: Path) -> None:
-    """Say that it is ready, and wait."""
+    """Say that it is ready, and wait; end if it is not wanted any more."""
     reader = os.open(pipe, os.O_RDONLY)  # at once: the supervisor has it open for writing
     ready_mark(pipe).touch()
-    os.read(reader, 1)
+    wanted = os.read(reader, 1)
     os.close(reader)
+    if not wanted:  # the supervisor has closed the pipe
+        os._exit(0)
 
 
 def step_back() -> None:

@@ -77,5 +77,5 @@ def _could_have(states: str, used: float, before: float | None) -> float:
     if "T" in states or "t" in states:
         return float("inf")
     if "R" in states:
-        return 0.0 if before is None else used - before
+        return 0.0 if before is None else max(used - before, 0.0)  # a thread may have ended
     return 0.0 if "D" in states else float("inf")

@@ -44,7 +44,15 @@ class StartFailed(RuntimeError):
 
 @dataclass(frozen=True)
 class Event:
-    """Something people want to know: ``kind`` is started, ready, died, hung, restarting, ended."""
+    """Something people want to know.
+
+    Attributes:
+        at: robot time [s].
+        service: whom it is about; empty for all.
+        kind: started, restarted, ready, died, hung, given up, waiting, refused, ended, or the
+            state that a service has gone into.
+        detail: more about it.
+    """
 
     at: float
     service: str
@@ -216,7 +224,8 @@ class Supervisor:
 
     async def _keep_spares(self, now: float) -> None:
         """One for every service that others wait for, while all is calm."""
-        calm = all(w.ready and now - w.started > CALM for w in self._watched.values())
+        mine = [self._watched[name] for name in self.plan.services]  # the page may be given up
+        calm = all(w.ready and now - w.started > CALM for w in mine)
         if calm and self.plan.spares and self.plan.mode == "live":
             for name in self.plan.services:
                 if name != RECORDER:

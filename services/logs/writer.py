@@ -69,7 +69,12 @@ class LogWriter:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        self.close()
+        """After an error there is no file: cut short, it would look whole."""
+        if kind is None:
+            self.close()
+        else:
+            self.give_up()
+            self.path.unlink(missing_ok=True)
 
     @property
     def digest(self) -> str:

@@ -24,7 +24,7 @@ from services.logs.recover import recover
 from services.logs.runlog import RunLog, parts_of, read_log, read_run
 from services.logs.table import series_of
 from services.logs.writer import LogWriter, json_schema
-from services.messages import Imu, Request
+from services.messages import Imu, Odometry, Request
 from services.run import Run, run_lockstep
 from services.topics import ARM_STATE, ESTIMATE, IMU, ODOMETRY, REQUEST, TOPICS, TRUTH
 from sim.scenario import load_scenario
@@ -84,6 +84,15 @@ def test_a_light_log_thins_the_fast_topics_and_nothing_the_observer_hears(
     for topic in (ARM_STATE, ESTIMATE, TRUTH):
         steps = np.diff([m.t for m in log.series(topic)])
         np.testing.assert_allclose(steps, 1.0 / topic.light_rate, atol=0.0051)
+
+
+def test_a_log_that_could_not_be_written_to_its_end_does_not_look_whole(tmp_path: Path) -> None:
+    """Stopped by whatever: there is no file."""
+    path = tmp_path / "x.mcap"
+    with pytest.raises(KeyboardInterrupt), LogWriter(path, {}) as writer:
+        writer.add(ODOMETRY, Odometry(0.1, np.zeros(3)), 0.1)
+        raise KeyboardInterrupt
+    assert not path.exists()
 
 
 def test_a_light_log_goes_on_when_the_robot_starts_again(tmp_path: Path) -> None:

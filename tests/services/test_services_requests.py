@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import pytest
 import zenoh
+from patience import until
 from service_toys import ToySim
 
 from services.live.clock import EpochClock
 from services.live.runner import run_live
 from services.requests import RATE, NoAnswer, Requests, ask
+from services.service import Reply
 from services.wire.bus import open_bus
 from services.wire.endpoints import config, local
 
@@ -92,6 +94,53 @@ def test_who_asks_too_often_is_refused_but_may_always_stop(tmp_path: Path) -> No
             assert "requests a second" not in asked("stop")
             now[0] += 1.0
             assert asked("stir") == "stir needs value=NUMBER"
+        finally:
+            requests.close()
+
+
+class Slow(ToySim):
+    """Its "stir" is a long time in preparation; "stop" is not."""
+
+    verbs = ("stir", "stop")
+
+    def __init__(self) -> None:
+        super().__init__(1)
+        self.preparing, self.go_on = threading.Event(), threading.Event()
+
+    def prepare(self, verb: str, args: dict[str, Any]) -> Callable[[], Reply]:
+        """As asked."""
+        if verb == "stir":
+            self.preparing.set()
+            assert self.go_on.wait(60.0)
+        return lambda: Reply(True, verb)
+
+
+def test_a_stop_waits_behind_nobody_and_counts_for_all_before_it(tmp_path: Path) -> None:
+    """It is taken up while a start is being prepared, which then does not begin any more."""
+    toy = Slow()
+    with zenoh.open(config(local(tmp_path))) as session:
+        requests = Requests(session, "r1", toy, timeout=60.0)
+        replies: dict[str, Reply] = {}
+
+        def asked(verb: str) -> threading.Thread:
+            def run() -> None:
+                replies[verb] = ask(session, "r1", "sim", verb, {}, timeout=60.0)
+
+            thread = threading.Thread(target=run)
+            thread.start()
+            return thread
+
+        try:
+            first = asked("stir")
+            assert toy.preparing.wait(60.0)
+            second = asked("stop")
+            until(lambda: requests.run_pending(0.0) or not second.is_alive(), "the stop")
+            second.join()
+            assert replies["stop"] == Reply(True, "stop")
+            toy.go_on.set()
+            until(lambda: requests.run_pending(0.0) or not first.is_alive(), "the start")
+            first.join()
+            assert replies["stir"] == Reply(False, "a stop came after it")
         finally:
             requests.close()
 
