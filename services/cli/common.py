@@ -15,6 +15,7 @@ from rich.console import Console
 if TYPE_CHECKING:
     import zenoh
 
+    from deploy.host_file import Hosts
     from services.wire.endpoints import Endpoints
 
 console = Console()
@@ -66,8 +67,9 @@ def running(robot: str, run_dir: Path | None) -> Endpoints:
     ``STEADYHAND_HOSTS`` and ``STEADYHAND_KEYS`` name a hosts file and a person's keys: then it is
     reached over the network.
     """
-    if "STEADYHAND_HOSTS" in os.environ and run_dir is None:
-        return _elsewhere(os.environ["STEADYHAND_HOSTS"], os.environ.get("STEADYHAND_KEYS", ""))
+    spread = hosts() if run_dir is None else None
+    if spread is not None:
+        return _elsewhere(spread, os.environ.get("STEADYHAND_KEYS", ""))
     from services.wire.endpoints import default_run_dir, local
 
     directory = run_dir or default_run_dir(robot)
@@ -79,17 +81,25 @@ def running(robot: str, run_dir: Path | None) -> Endpoints:
     return local(directory)
 
 
-def _elsewhere(hosts: str, keys: str) -> Endpoints:
+def hosts() -> Hosts | None:
+    """The hosts file that ``STEADYHAND_HOSTS`` names; None if it names none.
+
+    Raises:
+        BadFile: it cannot be used; ``main`` says so.
+    """
+    if "STEADYHAND_HOSTS" not in os.environ:
+        return None
     from deploy.host_file import load_hosts
-    from deploy.tomlfile import BadFile
+
+    return load_hosts(os.environ["STEADYHAND_HOSTS"])
+
+
+def _elsewhere(spread: Hosts, keys: str) -> Endpoints:
     from services.wire.places import endpoints_for_people
 
     if not keys:
         fail("STEADYHAND_HOSTS needs STEADYHAND_KEYS, the folder from steadyhand keys", 2)
-    try:
-        return endpoints_for_people(load_hosts(hosts), Path(keys))
-    except BadFile as error:
-        fail(str(error), 2)
+    return endpoints_for_people(spread, Path(keys))
 
 
 @contextmanager

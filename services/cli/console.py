@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from services.cli.common import Robot, RunDir, console, fail
+from services.cli.common import Robot, RunDir, console, fail, hosts, running
 
 
 def console_(
@@ -25,7 +25,8 @@ def console_(
 ) -> None:
     """Serve the page until Ctrl-C. It may be there before the robot, and outlive it.
 
-    It listens on 127.0.0.1 only; from another machine: ssh -L 8080:127.0.0.1:8080 HOST
+    It listens on 127.0.0.1 only; from another machine: ssh -L 8080:127.0.0.1:8080 HOST. With
+    STEADYHAND_HOSTS and STEADYHAND_KEYS it is the page of a robot on several hosts.
     """
     from deploy.tomlfile import BadFile
     from services.console.server import PortInUse
@@ -38,8 +39,12 @@ def console_(
             return
         from services.console.live import serve
 
+        spread = hosts() if run_dir is None else None
+        if spread is not None:
+            robot, scenario = spread.robot, scenario or spread.scenario
         console.print(f"robot {robot}, Ctrl-C ends", highlight=False)
-        serve(robot, run_dir or default_run_dir(robot), port, scenario, _say)
+        endpoints = None if spread is None else running(robot, None)
+        serve(robot, run_dir or default_run_dir(robot), port, scenario, _say, endpoints)
     except (PortInUse, BadLog) as error:
         fail(str(error))
     except BadFile as error:

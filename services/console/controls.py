@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -82,8 +83,12 @@ class Controls:
 
     def _protective_stop(self, label: str) -> Answer:
         args = {"reason": "asked for at the console"}
-        arm = self._asking(label, "arm", "protective_stop", args, urgent=True)
-        base = self._asking("platform: Halt", "base", "stop", urgent=True)
+        with ThreadPoolExecutor(2) as both_at_once:  # neither waits for the other's answer
+            asked = both_at_once.submit(
+                self._asking, label, "arm", "protective_stop", args, urgent=True
+            )
+            base = self._asking("platform: Halt", "base", "stop", urgent=True)
+            arm = asked.result()
         both = f"arm: {arm.reason or 'stopped'}; platform: {base.reason or 'stopped'}"
         return Answer(label, arm.accepted and base.accepted, both)
 

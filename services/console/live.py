@@ -32,7 +32,7 @@ from services.requests import ask
 from services.service import Inbox, Reply
 from services.topics import CONSOLE, Topic
 from services.wire.bus import Bus, open_bus
-from services.wire.endpoints import local, make_run_dir, scenario_file
+from services.wire.endpoints import Endpoints, local, make_run_dir, scenario_file
 from sim.scenario import Scenario, load_scenario
 
 PERIOD = 1 / 30  # [s]
@@ -50,15 +50,22 @@ class Console:
         run_dir: where its sockets are, or will be.
         server: of the page.
         scenario: to draw; None for the one that the supervisor says it runs.
+        endpoints: where to reach a robot on several hosts, as a person; None for this host.
     """
 
     name = CONSOLE
     inputs: tuple[Topic, ...] = ()  # for the heartbeat: it depends on nobody
 
     def __init__(
-        self, robot: str, run_dir: Path, server: Server, scenario: Scenario | None = None
+        self,
+        robot: str,
+        run_dir: Path,
+        server: Server,
+        scenario: Scenario | None = None,
+        endpoints: Endpoints | None = None,
     ) -> None:
         self._robot, self._server, self._given = robot, server, scenario
+        self._endpoints = endpoints
         self._run_dir = make_run_dir(run_dir)
         self._file = scenario_file(self._run_dir)
         self._read = -1
@@ -100,6 +107,10 @@ class Console:
         A second console finds it taken; it then hears only who was there before it.
         """
         with contextlib.ExitStack() as stack:
+            if self._endpoints is not None:
+                opened = open_bus(self._endpoints, self._robot, CONSOLE, INPUTS)
+                yield stack.enter_context(opened)
+                return
             try:
                 opened = open_bus(local(self._run_dir, CONSOLE), self._robot, CONSOLE, INPUTS)
                 bus = stack.enter_context(opened)
@@ -163,8 +174,11 @@ def serve(
     port: int,
     scenario: str | None = None,
     say: Callable[[str], None] = lambda url: log.info("console: the page is %s", url),
+    endpoints: Endpoints | None = None,
 ) -> None:
     """Serve the page of a robot until SIGINT or SIGTERM; ``say`` is told its address.
+
+    With ``endpoints`` that of a robot on several hosts; it then needs a scenario.
 
     Raises:
         PortInUse: somebody listens there.
@@ -177,7 +191,7 @@ def serve(
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, lambda *_: stop.set())
     server = Server(port, f"steadyhand {robot}")
-    console = Console(robot, run_dir, server, given)
+    console = Console(robot, run_dir, server, given, endpoints)
     say(server.url)
     try:
         console.run(stop)
