@@ -23,10 +23,10 @@ COMMANDS = {
     "trials": "services.cli.trials:trials",
     "console": "services.cli.console:console_",
     "disturb": "services.cli.disturb:disturb",
-    "watch": "services.live.watch:watch",
+    "watch": "services.cli.watch:watch",
     "hosts": "services.cli.hosts:hosts",
     "keys": "services.cli.keys:keys",
-    "doctor": "services.live.doctor:doctor",
+    "doctor": "services.cli.doctor:doctor",
 }
 """Command to where it is: a function, or a group of commands."""
 

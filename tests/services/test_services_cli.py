@@ -17,9 +17,9 @@ from typer.testing import CliRunner
 
 from deploy.robot import ROBOTS
 from services.cli.main import app
+from services.cli.watch import render
 from services.live.clock import EpochClock, HeardClock
 from services.live.runner import run_live
-from services.live.watch import render
 from services.messages import ArmStatus, BaseStatus, Health, Message
 from services.requests import Requests
 from services.topics import SERVICES
@@ -205,7 +205,7 @@ def test_a_stopped_bench_says_what_it_kept(monkeypatch: pytest.MonkeyPatch) -> N
 
 def test_doctor(monkeypatch: pytest.MonkeyPatch) -> None:
     """A check that breaks is a failure of its own; the exit code tells."""
-    from services.live import doctor
+    from services.cli import doctor
 
     def _broken() -> doctor.Check:
         raise RuntimeError("no such thing")
@@ -222,7 +222,7 @@ def test_doctor(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_doctor_measures_the_bus() -> None:
     """The loop-back round trip works on the machine that runs the tests."""
-    from services.live import doctor
+    from services.cli import doctor
 
     assert doctor.examine(doctor._bus).status == "ok"
 
