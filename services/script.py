@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import difflib
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
@@ -93,6 +94,7 @@ class Connection:
         self._topics = {name: replace(t, depth=max(t.depth, QUEUE)) for name, t in TOPICS.items()}
         self._inbox = Inbox(self._topics.values())
         self._heard_at: dict[str, float] = {}
+        self._followed: set[str] = set()
         self._events: list[Event] = []
         self._was: dict[str, Any] = {}
         self._open = ExitStack()
@@ -153,6 +155,9 @@ class Connection:
         heard = self._listen(topic)
         self._drain()
         self._inbox.new(heard)
+        if heard.name not in self._followed:
+            self._followed.add(heard.name)
+            self._inbox.dropped[heard.name] = 0
         return self._follow(heard, timeout)
 
     def _follow(self, topic: Topic[M], timeout: float) -> Iterator[M]:
@@ -203,8 +208,9 @@ class Connection:
 
     @property
     def lost(self) -> dict[str, int]:
-        """Messages that were missed since the connection was made, by topic."""
-        return dict(self._bus.lost)
+        """Messages that did not come, or that nobody read in time, by topic."""
+        asked = {name: self._inbox.dropped[name] for name in self._followed}
+        return dict(self._bus.lost + Counter(asked))
 
     # --- events -------------------------------------------------------------------------------
 

@@ -6,7 +6,7 @@ process; only the runner around them differs (docs/architecture.md).
 
 from __future__ import annotations
 
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any, Protocol, TypeVar
@@ -35,6 +35,8 @@ class Inbox:
         self._unread: dict[str, deque[tuple[float, Message]]] = {
             topic.name: deque(maxlen=topic.depth) for topic in self._topics.values()
         }
+        self.dropped: Counter[str] = Counter()
+        """Messages that gave way to newer ones before anybody read them, by topic."""
 
     def offer(self, topic: Topic, message: Message, at: float = 0.0) -> None:
         """Put a checked message in; called by the runner between steps.
@@ -48,7 +50,9 @@ class Inbox:
         # a latest-value topic was put in order on its way; the others may arrive in any order
         if topic.depth == 1 or (newest := self._latest.get(name)) is None or message.t >= newest.t:
             self._latest[name] = message
-        self._unread[name].append((at, message))
+        unread = self._unread[name]
+        self.dropped[name] += len(unread) == unread.maxlen
+        unread.append((at, message))
 
     def latest(self, topic: Topic[M]) -> M | None:
         """The newest message by its own ``t``, or None before the first."""

@@ -132,6 +132,41 @@ def test_messages_are_all_there_in_order(run_dir: Path) -> None:
             next(robot.messages(ODOMETRY, 0.1))
 
 
+def test_what_a_script_did_not_read_in_time_is_counted(
+    run_dir: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whatever it waited for meanwhile: what it reads and what it lost is all that was said."""
+    monkeypatch.setattr("services.script.QUEUE", 10)
+    with (
+        open_bus(local(run_dir, "sim"), "r1", "sim", lossless=True) as sim,
+        connect(run_dir=run_dir) as robot,
+    ):
+        heard = robot.messages(ODOMETRY, SOON)
+        said = iter(range(10**6))
+
+        def say() -> int:
+            i = next(said)
+            sim.publish(ODOMETRY, m.Odometry(float(i), np.zeros(3)))
+            return i
+
+        def met() -> bool:
+            say()
+            robot._drain()
+            return robot._inbox.latest(ODOMETRY) is not None
+
+        until(met, "the line to open")
+        first = next(heard).t
+        for _ in range(500):
+            last = say()
+            robot._drain()
+        until(lambda: robot.latest(ODOMETRY, SOON).t == last, "the last of it")
+        read = [first]
+        while read[-1] < last:
+            read.append(next(heard).t)
+        assert robot.lost["robot/odometry"] > 100
+        assert len(read) + robot.lost["robot/odometry"] == last - first + 1
+
+
 def test_wait_for_gives_the_first_that_fits(arm: Bus, run_dir: Path) -> None:
     """And when none does in time, what was heard last."""
     statuses = [m.ArmStatus(0.0, state="running", node=n) for n in ("A", "B", "C")]
