@@ -51,6 +51,8 @@ class NodeRunner(ProgramRunner):
         self._t: float | None = None
         self._node: Any = None
         self._step = step
+        self._been: set[str] = set()
+        """Nodes entered since the program began, or since it came back to one of them."""
         self._cause = ""  # of the newest event that had one: why a program ended as it did
         self._in_node = 0.0
         self._new_node = False
@@ -102,6 +104,7 @@ class NodeRunner(ProgramRunner):
     def start(self, program: Program) -> None:
         """Run a checked program from its initial node; ValueError as any executive."""
         super().start(program)
+        self._been.clear()
         self._cause = ""
 
     def signal(self, name: str) -> None:
@@ -204,6 +207,7 @@ class NodeRunner(ProgramRunner):
         if automaton.check_guards(self._values(scene)) is None:
             return False
         self._tell(automaton.history[-1].event)
+        self._cause = ""
         self._next_node(scene)
         return True
 
@@ -212,6 +216,10 @@ class NodeRunner(ProgramRunner):
         assert self._automaton is not None
         self._in_node, self._new_node, self._changed = 0.0, True, True
         node = self._automaton.node
+        if node.name in self._been:  # another try: why the last one failed is over
+            self._cause = ""
+            self._been.clear()
+        self._been.add(node.name)
         if self._automaton.finished:
             self._end(scene)
             self.states.fire("Done", "" if node.name == "End" else self._cause or node.name)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from base.planar import wrap
 from base.platform import Platform
 from services.messages import ArmStatus
 
@@ -16,6 +17,9 @@ class ArmGoal:
 
     Args:
         platform: that drives.
+
+    Attributes:
+        refused: why the newest goal is not driven to; empty if it is.
     """
 
     def __init__(self, platform: Platform) -> None:
@@ -37,7 +41,8 @@ class ArmGoal:
         self.refused = ""
         try:
             if number:
-                self._platform.set_goal(*(float(v) for v in arm.goal))
+                x, y, heading = (float(v) for v in arm.goal)  # the program's heading is continuous
+                self._platform.set_goal(x, y, wrap(heading))
             # one that cannot move sideways would set out anew, with a turn, when pushed
             elif self._platform.doing == "driving" or self._platform.differential:
                 self._platform.set_behaviour("hold_still")

@@ -38,6 +38,8 @@ from services.messages import (
 
 PERIOD = 0.05
 """Time between steps [s]."""
+STAYS = ("waiting_for_arm", "blocked", "stopped")
+"""States that an arm that fails does not change: one that waits, or that a person has to end."""
 AGE_LIMIT = 0.05
 """Age beyond which an estimate is not driven on [s]."""
 PLANNED = 3
@@ -210,7 +212,7 @@ class Platform:
             failed: why it cannot; empty if it has not failed.
             works: it can.
         """
-        if failed and self.states.state not in ("waiting_for_arm", "stopped"):
+        if failed and self.states.state not in STAYS:
             self.states.fire("Arm_failed", failed)
         elif works and not failed and self.states.state == "waiting_for_arm":
             self.states.fire("Better")
@@ -250,7 +252,7 @@ class Platform:
             BaseCommand(
                 t=now,
                 velocity=chosen,
-                planned=self._plan(now, "stop" in votes or state == "blocked"),
+                planned=self._plan(now, "stop" in votes or self._stands(state, now)),
             ),
             BaseStatus(t=now, state=state, reason=reason, votes=shown, chosen=chosen),
         )
@@ -322,6 +324,11 @@ class Platform:
         if nowhere and not nowhere.startswith("held"):
             self.states.fire("Stuck", nowhere)
         return nowhere
+
+    def _stands(self, state: str, now: float) -> bool:
+        """Whether it does not move yet, or not any more, whatever its task will want."""
+        waits = self._notice is not None and self._notice.counts(now)
+        return state == "blocked" or waits or now < self._task.start_at
 
     def _plan(self, now: float, stops: bool) -> Array:
         """(n, 3) the commands to come: the path's own future, else on the way to what is wanted."""

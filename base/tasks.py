@@ -31,6 +31,11 @@ from deploy.robot import Chassis
 from deploy.robot import Platform as Drive
 from deploy.task import BaseTask
 
+LOOK = 0.05
+"""A path's speed is looked at so often [s] ..."""
+ROUND = 60.0
+"""... and for so long, of one that has no end [s]."""
+
 
 class Tasks:
     """Makes behaviours for one platform.
@@ -114,8 +119,8 @@ class Tasks:
         return Approach(speed=min(0.5, speed), turn=min(0.8, turn), gain=gain)
 
     def _refuse_too_fast(self, path: Path) -> None:
-        horizon = min(path.duration, 60.0)
-        times = np.linspace(0, horizon, 1201)
+        horizon = path.duration if math.isfinite(path.duration) else ROUND
+        times = np.linspace(0.0, horizon, 1 + math.ceil(horizon / LOOK))
         body = [rotate(-path.pose(s)[2], path.velocity(s)) for s in times]
         peak = np.max(np.abs(body), axis=0)
         for what, asked, limit in zip(

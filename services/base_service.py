@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 from base.arm_goal import ArmGoal
@@ -70,6 +71,8 @@ class BaseService:
             inbox.latest(BUMPER),
             self._seen,
         )
+        if self._arm_goal.refused:
+            self._status = replace(self._status, reason=self._arm_goal.refused)
         return [(BASE_COMMAND, command), (BASE_STATUS, self._status)]
 
     def _mind(self, arm: m.ArmStatus | None, age: float) -> None:

@@ -40,6 +40,21 @@ Body = Literal[
     "right_link7",
     "right_palm",
     "box",
+    "mount",
+    "palm",
+    "finger0_base",
+    "finger0_near",
+    "finger0_far",
+    "tip0",
+    "finger1_base",
+    "finger1_near",
+    "finger1_far",
+    "tip1",
+    "finger2_base",
+    "finger2_near",
+    "finger2_far",
+    "tip2",
+    "object",
 ]
 """What can be pushed, on one robot or another."""
 

@@ -28,7 +28,7 @@ class VisionSensor:
     """Pose X_BS of the board from the nearest marker that is in view.
 
     A marker is in view if it is near enough, in the field of view, not too oblique, and no
-    obstacle higher than both camera and marker stands in between. The error grows with the
+    obstacle higher than the lower of camera and marker stands in between. The error grows with the
     distance of the marker; a wrong rotation moves the board's frame, which is elsewhere than the
     marker, with it, as the message's covariance says.
 

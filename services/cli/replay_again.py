@@ -63,6 +63,7 @@ def lines_of(done: Again) -> list[str]:
         line = f"[{colour}]{c.topic}[/]: {c.same} of {c.then} as in the log, to the last bit"
         missing = c.then - c.now
         line += f"; {missing} not said again" if missing else ""
+        line += f"; {c.more} said that were not said then" if c.more else ""
         out.append(line + _largest(c))
     return out
 
@@ -104,6 +105,7 @@ def data_of(done: Again) -> dict[str, Any]:
                 "log": c.then,
                 "again": c.now,
                 "same": c.same,
+                "more": c.more,
                 "largest": {
                     name: {"by": size if math.isfinite(size) else None, "at_s": t}
                     for name, (size, t) in c.largest.items()

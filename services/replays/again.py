@@ -38,6 +38,8 @@ class Compared:
         then: messages in the log.
         now: of these, how many were said again.
         same: and how many of those to the last bit.
+        more: messages said now, of instants until the last one then, that were not said then; where
+            arrivals are known to the tick and the log is full.
         largest: difference of any number of each field, with where it was: field to (size, t [s]).
     """
 
@@ -45,12 +47,13 @@ class Compared:
     then: int = 0
     now: int = 0
     same: int = 0
+    more: int = 0
     largest: dict[str, tuple[float, float]] = field(default_factory=dict)
 
     @property
     def agrees(self) -> bool:
-        """Every message was said again, to the last bit."""
-        return self.same == self.then
+        """Every message was said again, to the last bit, and no other."""
+        return self.same == self.then and not self.more
 
 
 @dataclass(frozen=True)
@@ -124,11 +127,14 @@ def run_again(log: RunLog, about: Mapping[str, str], name: str) -> Again:
         for topic, message in steps(log, service, end):
             said[topic.name].append(message)
     own = [t for t in TOPICS.values() if t.owner == name and log.series(t)]
+    whole = exact and about.get("record") != "light"
     compared = {
-        t.name: _compare(t, [m for m in log.series(t) if m.t < end], said[t.name])
+        t.name: _compare(t, [m for m in log.series(t) if m.t < end], said[t.name], whole)
         for t in own
         if t not in (HEALTH[name], REQUEST[name]) and not t.name.endswith("/tick")
     }
+    if not compared:
+        raise BadLog(f"nothing that {name} said is in the log")
     statuses: Any = said[ARM_STATUS.name]
     then = [s for s in log.series(ARM_STATUS) if s.t < end]
     sides = (_transitions(then), _transitions(statuses)) if name == "arm" else ([], [])
@@ -208,9 +214,10 @@ def _by_ticks(log: RunLog, service: Service, end: float) -> Iterator[tuple[Topic
 
 def _as_it_stepped(log: RunLog, service: Service, end: float) -> Iterator[tuple[Topic, Message]]:
     """Step where it said something, with what had been heard by then."""
-    mark = {"arm": ARM_COMMAND}.get(service.name) or next(
-        t for t in TOPICS.values() if t.owner == service.name and log.series(t)
-    )
+    own = (t for t in TOPICS.values() if t.owner == service.name and log.series(t))
+    mark = {"arm": ARM_COMMAND}.get(service.name) or next(own, None)
+    if mark is None:
+        return
     heard = {t.name for t in (*service.inputs, REQUEST[service.name])}
     states: dict[float, ArmState] = {}
     if service.name == "arm":  # it answers one state; the recorder may have heard the next before
@@ -236,8 +243,14 @@ def _tell(service: Service, inbox: Inbox, topic: Topic, message: Any) -> None:
         service.prepare(message.verb, json.loads(message.args or "{}"))()
 
 
-def _compare(topic: Topic, then: list[Message], now: list[Message]) -> Compared:
-    """Message by message, of one stamp each; of several with one stamp, in their order."""
+def _compare(topic: Topic, then: list[Message], now: list[Message], whole: bool) -> Compared:
+    """Message by message, of one stamp each; of several with one stamp, in their order.
+
+    Args:
+        topic: of them.
+        then, now: what was said.
+        whole: all that was said then is there, so that what there is more of now counts.
+    """
     out = Compared(topic.name, len(then))
     waiting: dict[float, list[Message]] = defaultdict(list)
     for message in now:
@@ -255,6 +268,9 @@ def _compare(topic: Topic, then: list[Message], now: list[Message]) -> Compared:
                 differs = True
                 out.largest[f.name] = max(out.largest.get(f.name, (0.0, 0.0)), (size, old.t))
         out.same += not differs
+    if whole and then:
+        last = max(message.t for message in then)
+        out.more = sum(m.t <= last for rest in waiting.values() for m in rest)
     return out
 
 

@@ -75,6 +75,10 @@ def lanes_of(log: RunLog) -> Lanes:
     )
 
 
+HOLE = "nothing in the log"
+"""Stands among the disturbances where nothing was recorded."""
+
+
 def disturbances_of(log: RunLog) -> list[Span]:
     """Every disturbance that acted, by name, and holes in the log."""
     out: list[Span] = []
@@ -82,7 +86,7 @@ def disturbances_of(log: RunLog) -> list[Span]:
     truth = log.series(TRUTH)
     for before, m in itertools.pairwise([None, *truth]):
         if before is not None and m.t - before.t > SILENT:
-            out.append(Span(before.t, m.t, "nothing in the log"))
+            out.append(Span(before.t, m.t, HOLE))
         for name in m.disturbances:
             last = open_.get(name)
             if last is not None and m.t - last.end < GAP:

@@ -10,7 +10,7 @@ import numpy as np
 from observer.metrics import chi2_band
 from services.logs.runlog import RunLog
 from services.reports.consistency import DOF, consistency_of
-from services.reports.faults import disturbances_of, lanes_of
+from services.reports.faults import HOLE, disturbances_of, lanes_of
 from services.reports.loops import worst_of
 from services.topics import ARM_COMMAND, BOARD, ESTIMATE
 
@@ -103,7 +103,7 @@ def loops(log: RunLog, f: Figures) -> str:
 
 def timeline(log: RunLog, f: Figures) -> str:
     """Of what went wrong and what was done."""
-    count = len(disturbances_of(log))
+    count = sum(span.what != HOLE for span in disturbances_of(log))
     invalid = sum(not e.valid for e in log.series(ESTIMATE)) / max(len(log.series(ESTIMATE)), 1)
     acted = f"{count} disturbance{'s' if count != 1 else ''}" if count else "No disturbance"
     held = [s for s in lanes_of(log).arm if s.what.partition(":")[0] in HELD]

@@ -49,3 +49,10 @@ def test_a_goal_no_platform_can_reach_is_refused_with_the_reason() -> None:
     goals.heed(wants(1, x=1e4))
     assert platform.doing == "holding"
     assert "refused" in goals.refused
+
+
+def test_a_goal_after_more_than_a_turn_is_the_same_goal() -> None:
+    """The program's headings go on counting; the platform's tasks do not."""
+    platform, goals = heeding()
+    goals.heed(ArmStatus(t=1.0, goal_number=1, goal=np.array([1.0, 0.0, 7.0])))
+    assert platform.doing == "driving" and not goals.refused

@@ -39,6 +39,19 @@ def test_a_person_may_drive_although_the_arm_is_idle_after_a_failure(robot: Robo
     assert platform.states.state == "under_way"
 
 
+def test_an_arm_that_comes_back_does_not_set_a_stuck_platform_off(robot: Robot) -> None:
+    """Only a person, or another task, does."""
+    platform = going(robot)
+    platform.states.fire("Stuck", "told to move and does not")
+    platform.mind_arm("the arm is silent", False)
+    platform.mind_arm("", True)
+    assert platform.states.state == "blocked"
+    platform.states.fire("Arm_failed", "it says")  # whoever says so
+    assert platform.states.state == "blocked"
+    platform.resume()
+    assert platform.states.state == "under_way"
+
+
 def test_a_stop_keeps_a_new_task_for_later(robot: Robot) -> None:
     """And the reason of the stop."""
     platform = going(robot)

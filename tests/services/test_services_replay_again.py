@@ -130,6 +130,18 @@ def test_a_live_log_is_run_again_by_its_requests(file: Path) -> None:
     assert not without.decides_alike  # nobody asked
 
 
+def test_what_is_said_now_and_was_not_said_then_is_a_difference(file: Path) -> None:
+    """As much as what is missing; and a service that said nothing cannot agree."""
+    log, about = read_log(file)
+    skipped = changed(log, base_command=lambda m: None if 2.0 < m.t < 2.2 else m)
+    done = run_again(skipped, about, "base")
+    assert not done.agrees
+    assert done.compared["base/command"].more >= 3
+    silent = changed(log, base_command=lambda m: None, base_status=lambda m: None)
+    with pytest.raises(BadLog, match="nothing that base said"):
+        run_again(silent, about, "base")
+
+
 def test_a_restarted_service_is_compared_until_then(file: Path) -> None:
     """Its successor began with nothing; the note says so."""
     log, about = read_log(file)
