@@ -359,6 +359,25 @@ def test_joint_limit_stops_by_name_and_the_arm_comes_back() -> None:
     rig.until_state("finished", 5.0)
 
 
+def test_why_one_try_failed_is_forgotten_with_the_next() -> None:
+    """A program that comes back to a node it has been in says no more what led there before."""
+    rig = at_rest()
+    rig.arm.start(
+        program("""
+INTERFACE = r1; INITIAL = Try;
+BEGIN NAME = Try; TYPE = Hold; Time = 50 ms; TRANSITION[Timeout] = Away; END
+BEGIN NAME = Away; TYPE = Hold; Time = 50 ms; TRANSITION[Timeout] = Wait; END
+BEGIN NAME = Wait; TYPE = Hold; Time = 50 ms; TRANSITION[Timeout] = Away; END
+""")
+    )
+    rig.run(0.05).until(lambda: rig.status.node == "Away")
+    rig.arm._cause = "stuck"
+    rig.until(lambda: rig.status.node == "Wait")
+    assert rig.arm._cause == "stuck"
+    rig.until(lambda: rig.status.node == "Away")
+    assert rig.arm._cause == ""
+
+
 def ends_ahead(rig: Rig, joint: int, ahead: float) -> None:
     """Let a joint's range end so far beyond where it is [rad], whichever side it goes to."""
     model, q = rig.arm.model, rig.sim.physics.q[joint]

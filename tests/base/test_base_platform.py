@@ -76,6 +76,14 @@ def test_task_waits_for_its_start(robot: Robot, plant: Any) -> None:
     assert run.status[-1].state == "following" and not run.status[-1].reason
 
 
+def test_a_platform_that_does_not_move_yet_announces_no_motion(robot: Robot, plant: Any) -> None:
+    """The observer predicts with what is announced when a command is late."""
+    platform = make(robot, "follow_path", path=SWAY, start_at=1.0)
+    for step in range(20):
+        command, _ = platform.step(0.05 * step, plant.estimate(0.05 * step))
+        assert not command.planned.any()
+
+
 def test_path_with_an_end_finishes_there(robot: Robot, plant: Any) -> None:
     """A path that ends leaves the platform standing at its last point, and says finished."""
     platform = make(
