@@ -366,7 +366,8 @@ def test_why_one_try_failed_is_forgotten_with_the_next() -> None:
         program("""
 INTERFACE = r1; INITIAL = Try;
 BEGIN NAME = Try; TYPE = Hold; Time = 50 ms; TRANSITION[Timeout] = Away; END
-BEGIN NAME = Away; TYPE = Hold; Time = 50 ms; TRANSITION[Timeout] = Wait; END
+BEGIN NAME = Away; TYPE = Hold; Time = 50 ms; TRANSITION[Timeout] = Wait;
+    TRANSITION[Force > 5000] = End; END
 BEGIN NAME = Wait; TYPE = Hold; Time = 50 ms; TRANSITION[Timeout] = Away; END
 """)
     )
