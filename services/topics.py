@@ -50,11 +50,6 @@ class Topic(Generic[M]):
     light_rate: float = 0.0
     readers: tuple[str, ...] = ()
 
-    @property
-    def in_blocks(self) -> bool:
-        """Whether it is fast enough to be sent to the recorder in blocks, see ``wire.blocks``."""
-        return self.control and self.rate >= 500
-
 
 # fmt: off
 ARM_STATE = Topic(
@@ -143,11 +138,6 @@ TOPICS: dict[str, Topic[Any]] = {topic.name: topic for topic in _ALL}
 def key(robot: str, topic: Topic) -> str:
     """Zenoh key expression of a topic of a robot."""
     return f"{robot}/{topic.name}"
-
-
-def block_key(robot: str, topic: Topic) -> str:
-    """Zenoh key expression of a fast topic's messages in blocks."""
-    return f"{robot}/{topic.name}/block"
 
 
 def request_key(robot: str, service: str, verb: str) -> str:

@@ -164,12 +164,9 @@ def _record(options: argparse.Namespace, stop: threading.Event) -> None:
         provenance(load_scenario(options.scenario), options.seed, options.observer, options.mode),
     )
     endpoints = _endpoints(options)
-    live = options.mode == "live"
-    if live:
+    if options.mode == "live":
         log.info("%s: %s", RECORDER, realtime.favour(options.rt, realtime.RECORDER_NICE))
-    with open_bus(
-        endpoints, options.robot, RECORDER, recorder.inputs, lossless=True, in_blocks=live
-    ) as bus:
+    with open_bus(endpoints, options.robot, RECORDER, recorder.inputs, lossless=True) as bus:
         try:
             run_live(recorder, bus, HeardClock(), stop, restarts=options.restarted)
             rest = Inbox(recorder.inputs)

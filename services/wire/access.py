@@ -10,16 +10,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from services.topics import (
-    CONSOLE,
-    PROCESSES,
-    RECORDER,
-    SERVICES,
-    TOPICS,
-    block_key,
-    key,
-    request_key,
-)
+from services.topics import CONSOLE, PROCESSES, RECORDER, SERVICES, TOPICS, key, request_key
 
 OPERATOR = "operator"
 """A person who may ask for anything and hear everything."""
@@ -36,14 +27,12 @@ def common_name(robot: str, role: str) -> str:
 
 def says(robot: str, role: str) -> list[str]:
     """Keys a role may publish: what it owns."""
-    mine = [topic for topic in TOPICS.values() if topic.owner == role]
-    return [key(robot, t) for t in mine] + [block_key(robot, t) for t in mine if t.in_blocks]
+    return [key(robot, topic) for topic in TOPICS.values() if topic.owner == role]
 
 
 def hears(robot: str, role: str) -> list[str]:
     """Keys a role may subscribe to."""
-    blocks = [block_key(robot, t) for t in TOPICS.values() if t.in_blocks and role == RECORDER]
-    return blocks + [
+    return [
         key(robot, topic)
         for topic in TOPICS.values()
         if role in topic.readers or role in (RECORDER, CONSOLE, *PEOPLE)

@@ -17,9 +17,8 @@ import zenoh
 
 from services.messages import BadMessage, Message
 from services.service import Inbox
-from services.topics import Topic, block_key, key
+from services.topics import Topic, key
 from services.wire.admission import Admission
-from services.wire.blocks import Blocks, unpack
 from services.wire.codec import encode
 from services.wire.endpoints import Endpoints, config
 
@@ -38,8 +37,6 @@ class _Reader:
         self.slot: deque[tuple[bytes, float]] = deque(maxlen=size)
         """Payloads, and when they arrived by the local clock [s]."""
         self.admission = Admission(topic)
-        self.blocks_until = -float("inf")
-        """When the last message of the last block would have arrived alone [s]."""
 
 
 class Bus:
@@ -52,7 +49,6 @@ class Bus:
         inputs: topics to hear.
         lossless: queue everything, block rather than drop, and judge no message's age.
         clock: local time for noticing silence [s].
-        in_blocks: hear fast topics in blocks, a little later; only of senders that may lose.
     """
 
     def __init__(
@@ -63,7 +59,6 @@ class Bus:
         inputs: Iterable[Topic] = (),
         lossless: bool = False,
         clock: Clock = time.monotonic,
-        in_blocks: bool = False,
     ) -> None:
         self.session = session
         self.robot = robot
@@ -83,8 +78,6 @@ class Bus:
         self._first_seq = 0 if lossless else time.monotonic_ns() // 1000
         self.sent: dict[str, int] = {}
         self._subscribers: dict[str, Any] = {}
-        self._in_blocks = in_blocks
-        self._blocks = None if lossless else Blocks(session, robot)
         for topic in inputs:
             self.hear(topic)
 
@@ -105,18 +98,8 @@ class Bus:
             except Exception:  # zenoh would only log it
                 self.refused[f"{name}: callback"] += 1
 
-        def copy_block(sample: zenoh.Sample) -> None:
-            try:
-                block = unpack(sample.payload.to_bytes(), time.monotonic(), reader.blocks_until)
-                reader.blocks_until = block[-1][1]
-                slot.extend(block)
-            except Exception:
-                self.refused[f"{name}: block"] += 1
-
-        in_blocks = self._in_blocks and topic.in_blocks
-        handler = zenoh.handlers.Callback(copy_block if in_blocks else copy, indirect=False)
-        where = (block_key if in_blocks else key)(self.robot, topic)
-        self._subscribers[name] = self.session.declare_subscriber(where, handler)
+        handler = zenoh.handlers.Callback(copy, indirect=False)
+        self._subscribers[name] = self.session.declare_subscriber(key(self.robot, topic), handler)
 
     def forget(self, topic: Topic) -> None:
         """Stop hearing a topic."""
@@ -138,16 +121,8 @@ class Bus:
             raise ValueError(f"{topic.name} takes {topic.type.__name__}, not {message!r}")
         seq = self.sent.get(topic.name, self._first_seq - 1) + 1
         self.sent[topic.name] = seq
-        payload = encode(self.service, seq, message)
-        publisher.put(payload)
-        if self._blocks is not None:
-            self._blocks.add(topic, payload)
+        publisher.put(encode(self.service, seq, message))
         return seq
-
-    def flush(self) -> None:
-        """Send what waits to be sent in a block."""
-        if self._blocks is not None:
-            self._blocks.flush()
 
     def _declare(self, topic: Topic) -> zenoh.Publisher:
         if topic.owner != self.service:
@@ -244,7 +219,6 @@ def open_bus(
     inputs: Iterable[Topic] = (),
     lossless: bool = False,
     clock: Clock = time.monotonic,
-    in_blocks: bool = False,
 ) -> Iterator[Bus]:
     """A bus on a session of its own, closed at the end whatever happens.
 
@@ -252,8 +226,4 @@ def open_bus(
         BadEndpoint: an endpoint beyond this machine.
     """
     with zenoh.open(config(endpoints)) as session:
-        bus = Bus(session, robot, service, inputs, lossless, clock, in_blocks)
-        try:
-            yield bus
-        finally:
-            bus.flush()
+        yield Bus(session, robot, service, inputs, lossless, clock)

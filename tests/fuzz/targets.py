@@ -21,7 +21,6 @@ from services import messages as m
 from services.logs.runlog import BadLog, LogWriter, read_log
 from services.messages import BadMessage
 from services.topics import ARM_COMMAND, ESTIMATE, ODOMETRY, TOPICS
-from services.wire.blocks import pack, unpack
 from services.wire.codec import decode, encode, unpack_map
 from sim.scenario import SCENARIOS, load_scenario
 
@@ -64,15 +63,6 @@ def _wire_seeds() -> Iterator[bytes]:
         1.0, three, three, three, np.eye(6), 0.0, np.zeros(2), three, 0.0, three, 0.0, 0.0, 0.0, 0.0
     )
     yield bytes([names.index(ESTIMATE.name)]) + encode("observer", 1, estimate)
-
-
-def _block(data: bytes) -> object:
-    return unpack(data, 100.0)
-
-
-def _block_seeds() -> Iterator[bytes]:
-    yield pack([], 0.0)
-    yield pack([(99.0 + 0.001 * k, bytes(k)) for k in range(3)], 99.5)
 
 
 def _in_file(name: str, read: Callable[[Path], object]) -> Callable[[bytes], object]:
@@ -126,7 +116,6 @@ def targets() -> dict[str, Target]:
     """All readers, by name."""
     return {
         "wire": Target(_wire, (BadMessage,), _wire_seeds, ("wire/codec", "services/messages")),
-        "block": Target(_block, (BadMessage,), _block_seeds, ("wire/blocks",)),
         "request": Target(unpack_map, (BadMessage,), _arguments_seeds, ("wire/codec",)),
         "program": Target(_program, (), _files(PROGRAMS, "*.hds"), ("arm/hds",)),
         "scenario": Target(
