@@ -8,6 +8,7 @@ controller whose goal the failed one started from. After convergence come ``grip
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -63,6 +64,14 @@ class Try:
     normals: Array | None = None
     points: Array | None = None
     first: tuple[Array, Array] | None = None
+
+
+def line_of(tries: Sequence[Try]) -> Array | None:
+    """From finger 0 to the pair where the newest try that slid for a while ended, in B, (3,)."""
+    for one in reversed(tries):
+        if one.points is not None and len(one.history) > SLID:
+            return np.asarray(one.points[1:].mean(axis=0) - one.points[0])
+    return None
 
 
 class Grasp:
@@ -252,19 +261,14 @@ class Grasp:
 
     def _leave(self, t: float, at: Placed) -> None:
         """Off the object and to it again from elsewhere."""
-        self._path = elsewhere(self.model, self._guess, self.plan, at, self._line(), self._rng)
+        self._path = elsewhere(
+            self.model, self._guess, self.plan, at, line_of(self.tries), self._rng
+        )
         self._along = self._waited = 0.0
         if self._path is None:
             self._stop(self.tries[-1].end, t, at)
         else:
             self._enter("away", t, at)
-
-    def _line(self) -> Array | None:
-        """From finger 0 to the pair where the newest try that slid for a while ended."""
-        for mine in reversed(self.tries):
-            if mine.points is not None and len(mine.history) > SLID:
-                return np.asarray(mine.points[1:].mean(axis=0) - mine.points[0])
-        return None
 
     def _stop(self, why: str, t: float, at: Placed) -> None:
         self.outcome = self.outcome or why

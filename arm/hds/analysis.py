@@ -10,6 +10,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from arm.hds.discrete import Discrete, Edge
+from arm.hds.guards import implies
 from arm.hds.program import Guard, Program
 
 Ways = Mapping[str, Iterable[str]]
@@ -183,15 +184,6 @@ def overlap(a: Guard, b: Guard) -> bool:
     if "=" in low.operator and "=" in high.operator:
         return low.limit <= high.limit
     return low.limit < high.limit
-
-
-def implies(a: Guard, b: Guard) -> bool:
-    """Whether ``b`` holds whenever ``a`` does."""
-    if a.quantity != b.quantity or _upward(a) != _upward(b):
-        return False
-    if a.limit == b.limit:
-        return "=" in b.operator or "=" not in a.operator
-    return a.limit > b.limit if _upward(a) else a.limit < b.limit
 
 
 def _upward(guard: Guard) -> bool:

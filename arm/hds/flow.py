@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
+from arm.hds.analysis import closure
 from arm.hds.finding import Report
 from arm.hds.nodecheck import NodeCheck
 from arm.hds.program import END
@@ -47,17 +48,6 @@ def check_flow(
     _timeless(at_once, checked, report)
 
 
-def _reached(edges: Edges, starts: Iterable[str]) -> set[str]:
-    seen = set(starts)
-    waiting = list(seen)
-    while waiting:
-        for target in edges.get(waiting.pop(), ()):
-            if target not in seen:
-                seen.add(target)
-                waiting.append(target)
-    return seen
-
-
 def _unreachable(
     edges: Edges,
     checked: Mapping[str, NodeCheck],
@@ -66,7 +56,7 @@ def _unreachable(
     broken: set[str],
     report: Report,
 ) -> None:
-    seen = _reached(edges, [initial, abort])
+    seen = closure(edges, [initial, abort])
     if seen & broken:
         return
     # what others are like, and what a file offers to those that include it, need not run itself
@@ -83,7 +73,7 @@ def _no_end(edges: Edges, checked: Mapping[str, NodeCheck], ends: set[str], repo
     for source, targets in edges.items():
         for target in targets:
             back.setdefault(target, []).append(source)
-    good = _reached(back, ends)
+    good = closure(back, ends)
     for name, check in checked.items():
         if name not in good:
             message = f"no way leads from the node '{name}' to an end of the program"

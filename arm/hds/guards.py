@@ -59,7 +59,7 @@ def check_order(placed: list[tuple[Guard, Span]], own: int, report: Report) -> N
             if j >= own:
                 break
             at = place if i < own else earlier_place
-            if _implies(guard, earlier):
+            if implies(guard, earlier):
                 message = f"'{guard.text}' never fires: '{earlier.text}' holds before it does"
                 help = f"put it before '{earlier.text}', or change its limit"
                 report.warning("shadowed-guard", message, at, help)
@@ -75,13 +75,13 @@ def replaces(guard: Guard, other: Guard) -> bool:
     return guard.quantity == other.quantity and guard.operator[0] == other.operator[0]
 
 
-def _implies(guard: Guard, earlier: Guard) -> bool:
-    """Whether ``earlier`` holds whenever ``guard`` does."""
-    if not replaces(guard, earlier):
+def implies(guard: Guard, other: Guard) -> bool:
+    """Whether ``other`` holds whenever ``guard`` does."""
+    if not replaces(guard, other):
         return False
-    if guard.limit == earlier.limit:
-        return guard.operator == earlier.operator or earlier.operator.endswith("=")
-    return (guard.limit > earlier.limit) == (guard.operator[0] == ">")
+    if guard.limit == other.limit:
+        return guard.operator == other.operator or other.operator.endswith("=")
+    return (guard.limit > other.limit) == (guard.operator[0] == ">")
 
 
 def _cover(one: Guard, other: Guard) -> bool:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from arm.hand.grasp import SLID
+from arm.hand.grasp import line_of
 from arm.hand.handling import Handling, Scene
 from arm.hand.nodes.grasp import NOTHING
 from arm.hand.nodes.node import Step
@@ -38,7 +38,12 @@ class HandAgain:
         self._path = None
         if len(hand.tries) < self._most:
             self._path = elsewhere(
-                hand.model, hand.guess(scene.base), hand.plan, scene.at, _line(hand), hand.rng
+                hand.model,
+                hand.guess(scene.base),
+                hand.plan,
+                scene.at,
+                line_of(hand.tries),
+                hand.rng,
             )
         self._since = scene.t
 
@@ -52,14 +57,6 @@ class HandAgain:
         hand.reference, hand.rate = self._path.at(took)
         event = "Reached" if took > self._path.duration + SETTLE else None
         return Step(event, stand=True)
-
-
-def _line(hand: Handling) -> Array | None:
-    """From finger 0 to the pair where the newest try that slid for a while ended."""
-    for one in reversed(hand.tries):
-        if one.points is not None and len(one.history) > SLID:
-            return np.asarray(one.points[1:].mean(axis=0) - one.points[0])
-    return None
 
 
 TYPE = NodeType(
