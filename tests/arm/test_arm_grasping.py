@@ -21,6 +21,7 @@ from arm.grasping.model import JOINTS, TwoArmModel
 from arm.grasping.nodes import REGISTRY
 from arm.grasping.nodes.drive_to_box import DriveToBox
 from arm.grasping.nodes.pressing import press
+from arm.grasping.nodes.set_down import GraspSetDown
 from arm.grasping.regions import NAMES, Edges, Regions
 from arm.grasping.scene import BoxPlace, Faces, Scene
 from arm.hds import load
@@ -326,3 +327,26 @@ def test_back_is_where_the_platform_looks_once_a_push_no_longer_turns_it() -> No
     goal = node.update(replace(seen, base=rests), h, regions).goal
     assert goal is not None
     assert goal == pytest.approx([-0.4 * np.cos(0.4), -0.4 * np.sin(0.4), 0.4])
+
+
+@pytest.mark.parametrize(("left", "event"), [(20.0, "No_table"), (3.0, "Down")])
+def test_a_box_that_nothing_carries_is_not_said_to_stand(left: float, event: str) -> None:
+    """Lowered until the load is gone from the palms, or as far as a table can be."""
+    node = GraspSetDown({"Speed": 0.08, "Grip": 45.0, "Timeout": 10.0})
+    own, regions, heavy = hands(), Regions(), scene()
+
+    def weighing(newtons: float) -> Scene:
+        """Half of it on each palm, whose frame is turned."""
+        heavy.feel.load = np.array([R.T @ [0.0, 0.0, -0.5 * newtons] for R in heavy.palms.R])
+        return heavy
+
+    node.enter(weighing(20.0), own, regions)
+    own.carry.height = 0.05
+    said = None
+    for _ in range(2500):
+        now = weighing(left if own.carry.height < -0.01 else 20.0)
+        said = node.update(now, own, regions).event
+        if said:
+            break
+    assert said == event
+    assert (own.carry.height < -0.05) == (event == "No_table")

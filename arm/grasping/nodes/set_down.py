@@ -50,8 +50,10 @@ class GraspSetDown:
         carry.height += carry.speed * scene.dt
         self._grip.step(scene, hands)
         event = None
-        if (carry.height < 0.0 and load(scene) < STANDS * self._weight) or carry.height < BELOW:
+        if carry.height < 0.0 and load(scene) < STANDS * self._weight:
             event = "Down"
+        elif carry.height < BELOW:
+            event = "No_table"
         elif self._clock.step(scene.dt):
             event = "Timeout"
         return Step(carried(hands), event, lifted=event is None)
@@ -60,7 +62,11 @@ class GraspSetDown:
 TYPE = NodeType(
     "Grasp_set_down",
     parameters=(Parameter("Speed", "mm/s", 0.005, 0.2, 0.08, "Of the box."), GRIP, TIMEOUT),
-    events=(Event("Down", "The box stands."), TIMEOUT_EVENT),
+    events=(
+        Event("Down", "The box stands."),
+        Event("No_table", "Nothing carries it 60 mm below where it stood; it is still held."),
+        TIMEOUT_EVENT,
+    ),
     doc="Lower the box until something else carries it.",
     make=GraspSetDown,
 )
