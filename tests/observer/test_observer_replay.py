@@ -22,7 +22,7 @@ from observer.recordings.score import align, score
 from observer.recordings.tune import Tuning, tune
 from services.messages import Array
 from services.replays.run import observer_for
-from tests.observer.logs_help import recorded
+from tests.observer.recordings_help import recorded
 
 
 def sway(t: float) -> tuple[float, float, float]:

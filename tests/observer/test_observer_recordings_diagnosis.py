@@ -21,9 +21,9 @@ from observer.recordings.recording import Recording, Samples
 from observer.recordings.resolution import resolution
 from observer.recordings.rest import rough
 from observer.recordings.verdicts import verdicts
-from tests.observer.logs_files import imu_columns, in_sensor, odometry_columns, write_csv
-from tests.observer.logs_help import recorded
-from tests.observer.logs_motion import BASE, course, logged
+from tests.observer.recordings_files import imu_columns, in_sensor, odometry_columns, write_csv
+from tests.observer.recordings_help import recorded
+from tests.observer.recordings_motion import BASE, course, logged
 
 DESCRIPTION = """
 name = "skid"

@@ -12,7 +12,7 @@ from observer.recordings.load import load_recording
 from observer.recordings.log import Log
 from observer.recordings.problems import Problems
 from observer.recordings.recording import Recording
-from tests.observer.logs_files import (
+from tests.observer.recordings_files import (
     IMU,
     ODOMETRY,
     edit_cell,
@@ -21,7 +21,7 @@ from tests.observer.logs_files import (
     write_csv,
     write_log,
 )
-from tests.observer.logs_motion import course, logged
+from tests.observer.recordings_motion import course, logged
 
 
 @pytest.fixture(scope="module")

@@ -15,8 +15,8 @@ from observer.recordings.delay import fit_turns
 from observer.recordings.diagnosis import diagnose
 from observer.recordings.increments import Noise, bottom, of_pose
 from observer.recordings.series import Integral
-from tests.observer.logs_help import recorded
-from tests.observer.logs_motion import course, logged
+from tests.observer.recordings_help import recorded
+from tests.observer.recordings_motion import course, logged
 
 SHIFTS = (0.0, 0.02, 0.18, 0.38)
 
