@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from services.console.feed import Feed, between, inverse, moved
+from services.console.ink import Ink
 from services.console.track import RATE, SPAN, Track
 from services.console.words import services
 from services.messages import ArmStatus, Estimate, Health, Truth
@@ -102,6 +103,27 @@ def test_ink_is_where_the_pen_touched_and_nowhere_else() -> None:
     assert feed.ink.length == pytest.approx(0.2, rel=0.02)
     segments = np.array([s for piece in feed.ink.pieces for s in piece])
     assert np.allclose(segments[:, 0, 1], segments[:, 1, 1])
+
+
+def test_ink_that_is_drawn_over_and_over_stays_what_it_is() -> None:
+    """The same circle for a day, never quite the same: no gap in it, and an end to what is kept."""
+    ink, rng = Ink(), np.random.default_rng(0)
+
+    def rounds(count: int) -> int:
+        """So many more, each lifted off after; how many segments there are then."""
+        for _ in range(count):
+            for angle in np.linspace(0.0, 2 * np.pi, 290) + rng.uniform(0.0, 0.02):
+                off = rng.normal(0.0, 5e-5, 2)
+                tip = [*(0.05 * np.array([np.cos(angle), np.sin(angle)]) + off), 0.0]
+                ink.touch(np.array(tip), True)
+            ink.touch(np.zeros(3), False)
+        return sum(map(len, ink.pieces))
+
+    first = rounds(1)
+    assert ink.length == pytest.approx(2 * np.pi * 0.05, rel=0.01)
+    many = rounds(60)
+    assert many < 8 * first
+    assert rounds(60) < 1.1 * many
 
 
 def test_without_truth_ink_is_where_the_arm_says_it_draws() -> None:
