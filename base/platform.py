@@ -275,7 +275,7 @@ class Platform:
             main = self._waiting = self._waiting or HoldStill()
             reason = f"{self._main.name} starts at {self._task.start_at:g} s"
         for behaviour in (main, *self._always):
-            if behaviour is main and self._notice is not None and self._notice.counts(now):
+            if behaviour is main and self._counts_down(now):
                 vote = Vote(np.zeros(3), weight=0.0)  # a path's time must not run meanwhile
             else:
                 vote = behaviour.vote(now, senses)
@@ -327,8 +327,11 @@ class Platform:
 
     def _stands(self, state: str, now: float) -> bool:
         """Whether it does not move yet, or not any more, whatever its task will want."""
-        waits = self._notice is not None and self._notice.counts(now)
-        return state == "blocked" or waits or now < self._task.start_at
+        return state == "blocked" or self._counts_down(now) or now < self._task.start_at
+
+    def _counts_down(self, now: float) -> bool:
+        """Whether people are still being warned that it is about to move."""
+        return self._notice is not None and self._notice.counts(now)
 
     def _plan(self, now: float, stops: bool) -> Array:
         """(n, 3) the commands to come: the path's own future, else on the way to what is wanted."""
